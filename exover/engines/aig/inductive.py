@@ -46,6 +46,27 @@ class Induction:
         except Exhausted:
             return False
 
+    def enough(self, clauses: Sequence[Clause], bad: Literal) -> tuple[Clause, ...]:
+        """Return few of the clauses that exclude a literal together and that every step keeps: unsatisfiable cores say
+        which are needed for the literal, then which for each of these (after Ivrii, Gurfinkel, Belov 2014).
+
+        All of them if they do not exclude it, or some step does not keep them.
+        """
+        assumed = {self._assume([clause]): clause for clause in clauses}
+        needed: dict[Clause, None] = {}
+        left = [[self._solver.literal(bad)]]
+        while left:
+            wrong = left.pop()
+            known = [literal for literal, clause in assumed.items() if clause in needed]
+            if self._solver.satisfiable([*wrong, *known]):
+                if self._solver.satisfiable([*wrong, *assumed]):
+                    return tuple(clauses)
+                core = self._solver.core()
+                fresh = [clause for literal, clause in assumed.items() if literal in core and clause not in needed]
+                needed |= dict.fromkeys(fresh)
+                left += [[-self._solver.literal(literal) for literal in self._after(clause)] for clause in fresh]
+        return tuple(needed)
+
     def _starts(self, clause: Clause) -> bool:
         return any(self._latches[literal >> 1].initial != bool(literal & 1) for literal in clause)
 

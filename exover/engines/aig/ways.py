@@ -25,6 +25,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
+from exover.engines.aig.inductive import Induction
 from exover.engines.aig.lanes import numbers
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
@@ -127,6 +128,11 @@ class Ways:
         """Samples, by number, and questions for which these have looked for words there."""
         self.left = dict.fromkeys(range(len(self.questions)))
         self.beginnings = Beginnings(self.encoding, self.circuit, self.cone, self.fresh)
+        self.induction = Induction(self.circuit)
+
+    def close(self) -> None:
+        """Free the solver."""
+        self.induction.close()
 
     def _allows_steps_home(self, solver: Solver, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
@@ -279,9 +285,16 @@ class Ways:
         return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
-        """Return words that the solver finds from a state, and where there is none take it as an answer."""
+        """Return words that the solver finds from a state, and where there is none take it as an answer.
+
+        Of the invariant that shows it no more is kept than is needed, which more states are in.
+        """
         answers = self._answers(self._from(sample, wanted))
-        invariants = {wanted[place]: each.invariant for place, each in answers.items() if isinstance(each, Unreachable)}
+        invariants = {
+            wanted[place]: self.induction.enough(each.invariant, self.hits[wanted[place]])
+            for place, each in answers.items()
+            if isinstance(each, Unreachable)
+        }
         start, early = self._open_at_start(invariants)
         if early and start.true != sample.true:
             self._settle(start, early)  # to where none leads from the start the shortest run leads
@@ -430,4 +443,5 @@ def judge_ways(
     `runs`: some that come to states of many kinds. Where there are assumptions, answers are about runs that can go on
     for ever only if all can (`machine_closure`).
     """
-    Ways(encoding, questions, runs, decide, say, budget or WaysBudget(), unroll).judge()
+    with closing(Ways(encoding, questions, runs, decide, say, budget or WaysBudget(), unroll)) as ways:
+        ways.judge()
