@@ -24,15 +24,21 @@ WIDEST = 4096
 
 
 def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
-    """Return which lassos come back to where their loop begins, stay all the way and see all signals."""
+    """Return which lassos come back to where their loop begins, stay all the way and see all signals.
+
+    The loop is followed twice: a monitor may begin within the first turn, after which the run is the same.
+    """
     if not candidates:
         return []
-    whole = _Following(machine, [index for index, _ in candidates])
+    whole, found = _Following(machine, [index for index, _ in candidates]), -1
     whole.follow([lasso.stem for _, lasso in candidates])
-    before = whole.state
-    found = whole.follow([lasso.loop for _, lasso in candidates])
-    for index, mine in whole.mine.items():
-        found &= ~mine | ~reduce(or_, (before[node] ^ whole.state[node] for node in machine.looked_at[index]), 0)
+    for _ in range(2):
+        before = whole.state
+        stays = whole.follow([lasso.loop for _, lasso in candidates])
+        for index, mine in whole.mine.items():
+            nodes = machine.looked_at[index] - {machine.staying[index].begun >> 1}
+            found &= ~mine | ~reduce(or_, (before[node] ^ whole.state[node] for node in nodes), 0)
+    found &= stays
     return [bool(found >> lane & 1) and bool(lasso.loop) for lane, (_, lasso) in enumerate(candidates)]
 
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 
 import pytest
 
+from exover.checks.engines import Engines
+from exover.checks.run import check_all
 from exover.engines.aig import liveness
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
@@ -99,3 +101,12 @@ def test_what_stands_before_a_loop_and_at_its_end_is_in_the_loop() -> None:
     trace = _rolled(run(reference, events, 5), states)
     assert trace == run(reference, events[:6], 3)
     assert _rolled(trace, states) == trace
+
+
+def test_a_loop_may_begin_where_its_monitor_does() -> None:
+    """That `m.a` waits is true of the moments after the step that asks for it, and is watched from the next on."""
+    late = "spec late; poster ok: bool = false; module m { request a() { wait until ok; } request b() { check ok; } }"
+    outcome = check_all(compiled(model_of(late)), lambda _: None, {"starvation"}, engines=Engines(("aig",)))
+    (finding,) = (each for each in outcome.findings if each.subject == "m.a")
+    assert finding.trace is not None
+    assert (len(finding.trace.moments), finding.trace.loop_start) == (2, 1)
