@@ -4,29 +4,33 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import islice
 
+from exover.checks.blocking import Blocked, Obstacles, reason_reads
 from exover.checks.finding import Finding
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
 from exover.checks.shadowing import RULES, Shadows, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
-from exover.model.decision import Reason
 from exover.model.evaluate import bind
 from exover.model.event import Args
-from exover.model.expression import Cond, Param, operands
-from exover.model.model import Model, Request
-from exover.model.property import Atom, Formula, Properties, atoms
+from exover.model.expression import Cond, Param, Status, operands
+from exover.model.expression import atoms as condition_atoms
+from exover.model.model import Launch, Model, Request
+from exover.model.property import Atom, Formula, Happened, Properties, atoms
 from exover.model.ranges import FixedComparison, decided
-from exover.model.reads import Read, reads, rule_reads, users
+from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
-from exover.model.state import Place, State
+from exover.model.state import State
 from exover.model.trace import visited
 from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
 MOST = 6
 """So many values are told of a moment."""
+LINKS = 4
+"""So many causes of causes are told."""
 SHADOWS = 3
 """So many rules are named that decide before another."""
 SEARCHED = ("rule-use", "reachability")
@@ -38,9 +42,10 @@ def detailed(
 ) -> Iterator[Finding]:
     """Yield the findings, those that are violated with all that is known of their causes in their messages.
 
-    What decides before dead rules and launches is not looked for once `is_late`.
+    Nothing is looked for by runs of the reference interpreter once `is_late`.
     """
     reference = Reference(model)
+    obstacles = Obstacles(reference, [each.formula for each in properties.assumptions], is_late)
     dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
     looking = shadows(reference, findings) if dead and not is_late() else None
     for finding in findings:
@@ -49,7 +54,7 @@ def detailed(
             yield finding
         else:
             near = looking if finding in dead and not is_late() else None
-            yield replace(finding, message=add(_Broken(reference, properties, finding, near)))
+            yield replace(finding, message=add(_Broken(reference, properties, finding, obstacles, near)))
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,7 @@ class _Broken:
     reference: Reference
     properties: Properties
     finding: Finding
+    obstacles: Obstacles
     near: Shadows | None
     """Looks for what decides first in steps near runs, if it is to be looked for."""
 
@@ -110,10 +116,25 @@ def _property(broken: _Broken) -> str:
     parts = [f'"{prop.text}": {message}' if prop.text else message]
     state = broken.end if finding.trace is not None and finding.trace.loop_start is None else None
     if state is not None:
-        parts += _there(state, (read for each in _conditions(prop.formula) for read in sorted(reads(each))))
+        where = "at the end of the run" if prop.form == "ctl" else "there"
+        parts += _there(
+            state, (read for each in _conditions(prop.formula) for read in sorted(reads(each))), where=where
+        )
+        if prop.form in ("always possible", "from possible"):
+            parts += _launch_missed(broken, state, prop.formula)
     else:
         parts += map(str, _decided(broken.model, prop.formula))
     return "; ".join(parts)
+
+
+def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]:
+    """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
+    named = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
+    for condition in _conditions(formula):
+        statuses = [each.request for each in condition_atoms(condition) if isinstance(each, Status)]
+        named += [name for name in statuses if not state.active([name])]
+    wanted = list(dict.fromkeys(named))
+    return _stuck(broken, state, wanted[0]) if len(wanted) == 1 else []
 
 
 def _rule_use(broken: _Broken) -> str:
@@ -155,34 +176,41 @@ def _decide(rules: Sequence[str]) -> str:
 def _waiting(broken: _Broken) -> str:
     """Return by what the request waits at the end of its run."""
     state, name = broken.end, broken.finding.subject
-    place = state.places[name] if state else None
-    if state is None or place is None:
+    found = broken.obstacles.blocked(state, name) if state and state.places[name] else None
+    if state is None or found is None:
         return broken.finding.message
-    return f"{broken.finding.message}; {_waits(broken, state, name, place)}"
+    return f"{broken.finding.message}; {_link(broken, state, found)}"
 
 
 def _deadlock(broken: _Broken) -> str:
-    """Return by what the request waits at the end of its run, and all that wait beside it."""
+    """Return by what the request waits at the end of its run, and what would mend that and cannot be either."""
     state, name = broken.end, broken.finding.subject
-    others = [] if state is None else [each for each in state.places.items() if each[0] != name]
-    waits = [_waits(broken, state, other, place) for other, place in others if state and place]
-    return "; ".join([_waiting(broken), *waits])
+    first = None if state is None else broken.obstacles.blocked(state, name)
+    if state is None or first is None:
+        return broken.finding.message
+    return f"{broken.finding.message}; {_chain(broken, state, first)}"
 
 
 def _lockout(broken: _Broken) -> str:
-    """Return by what the request waits at the end of its run, or what refuses an ask of it there."""
+    """Return by what the request waits at the end of its run, or what refuses an ask of it whatever follows."""
     state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
-        return _waiting(broken)
-    args = tuple(least(param.type) for param in request.params)
-    decision = broken.reference.decide(state, request, args)
-    ask = f"`{request.name}({named_text(request.params, args)})`"
-    if decision.reason is None:
-        return f"{broken.finding.message}; {ask} would be launched, but the assumptions leave no such step"
-    word = "refused" if decision.verdict == "reject" else "kept waiting"
-    return (
-        f"{broken.finding.message}; {ask} is {word} by {_reason(broken.model, state, request, args, decision.reason)}"
-    )
+        return _deadlock(broken)
+    ask = _asked(request, tuple(least(each.type) for each in request.params))
+    unasked = f"{ask} would be launched, but the assumptions leave no such step"
+    return "; ".join([broken.finding.message, *(_stuck(broken, state, request.name) or [unasked])])
+
+
+def _stuck(broken: _Broken, state: State, name: str) -> list[str]:
+    """Return what keeps a request from a launch from a state on, as one part of a sentence, if something does."""
+    obstacles = broken.obstacles
+    first = obstacles.blocked(state, name)
+    later = state if first is not None and first.waits else obstacles.lasting(state, name) or state
+    last = first if later is state else obstacles.blocked(later, name)
+    if last is None:
+        return []
+    mended = "" if first is not None and first.reason == last.reason else "once all else is mended, "
+    return [f"{mended}{_chain(broken, later, last)}"]
 
 
 DETAILS: Mapping[str, Callable[[_Broken], str]] = {
@@ -199,42 +227,46 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
 # ---- moments in words ----
 
 
-def _waits(broken: _Broken, state: State, name: str, place: Place) -> str:
-    """Return by which rule a request waits, and what the state has of it."""
-    request = broken.model.request[name]
-    reason = broken.reference.decide(state, request, place.args).reason
-    by = f" by {_reason(broken.model, state, request, place.args, reason)}" if reason else ""
-    return f"`{name}` waits{by}"
+def _chain(broken: _Broken, state: State, first: Blocked) -> str:
+    """Return what keeps a request from a launch in a state, and what would mend that and cannot be either."""
+    links = islice(broken.obstacles.chain(state, first), LINKS)
+    return "; ".join(_link(broken, there, each) for there, each in links)
 
 
-def _reason(model: Model, state: State, request: Request, args: Args, reason: Reason) -> str:
+def _link(broken: _Broken, state: State, link: Blocked | Launch) -> str:
+    if isinstance(link, Launch):
+        return f"launch rule `{link.name}` requires `{link.request}` there"
+    by = _reason(broken.model, state, link)
+    if link.waits:
+        return f"`{link.request.name}` waits by {by}"
+    return f"{_asked(link.request, link.args)} is {'refused' if link.refused else 'kept waiting'} by {by}"
+
+
+def _asked(request: Request, args: Args) -> str:
+    return f"`{request.name}({named_text(request.params, args)})`"
+
+
+def _reason(model: Model, state: State, link: Blocked) -> str:
     """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
 
     Of a consumable it is the level.
     """
+    request, reason = link.request, link.reason
     because = f" ({reason.because})" if reason.because else ""
     given: list[str] = []
-    read: dict[Read, None] = {}
-    for guard in request.guards:
-        if guard.name == reason.rule:
-            asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
-            values = bind(request.params, args)
-            given += [f"{name} == {value_text(values[name])}" for name in asked]
-            read |= dict.fromkeys(sorted(reads(guard.condition)))
-    spoken_of = [each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))]
-    for each in spoken_of:
-        holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
-        read |= dict.fromkeys(holder for holder in holders if holder.kind != "active" or state.active([holder.name]))
-    if any(clause.resource == reason.rule for clause in request.consumptions):
-        read[Read("level", reason.rule)] = None
+    for guard in (guard for guard in request.guards if guard.name == reason.rule):
+        asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
+        values = bind(request.params, link.args)
+        given += [f"{name} == {value_text(values[name])}" for name in asked]
+    read = reason_reads(model, state, request, reason)
     return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given)])
 
 
-def _there(state: State, read: Iterable[Read], given: Sequence[str] = ()) -> list[str]:
+def _there(state: State, read: Iterable[Read], given: Sequence[str] = (), where: str = "there") -> list[str]:
     """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything."""
     told = [*given, *filter(None, (_text(state, each) for each in dict.fromkeys(read)))]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
-    return [f"there {', '.join([*told[:MOST], *more])}"] if told else []
+    return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
 
 
 def _text(state: State, read: Read) -> str:

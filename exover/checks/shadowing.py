@@ -12,16 +12,15 @@ from dataclasses import replace
 from random import Random
 
 from exover.checks.finding import Finding
+from exover.checks.near_events import arguments, observations
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
-from exover.model.event import Action, Ask, Event, Observe
-from exover.model.expression import Compare, Cond, Const, Reading, atoms
+from exover.model.event import Action, Ask, Event
 from exover.model.model import Model, Request
 from exover.model.reads import in_question
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import visited
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
 RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
 """So many dead rules are looked into, from so many states, with so many asks of every request, until enough is seen."""
@@ -37,7 +36,7 @@ class Shadows:
     def of(self, name: str) -> tuple[str, ...]:
         """Return which rules decide where a rule or guard would, the one that was seen most often first."""
         model, seen, without = self.reference.model, Counter[str](), dict[str, Reference]()
-        alone = Reference(_cut(model, name.__eq__))
+        alone = Reference(cut(model, name.__eq__))
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
         for state, event in self._steps(alone.model, requests):
@@ -45,7 +44,7 @@ class Shadows:
                 continue
             for other in _rules(self.reference.step(state, event)[1]):
                 if other not in without:
-                    without[other] = Reference(_cut(model, other.__ne__))
+                    without[other] = Reference(cut(model, other.__ne__))
                 seen[other] += name in _rules(without[other].step(state, event)[1])
             if seen.total() >= ENOUGH:
                 break
@@ -62,7 +61,7 @@ class Shadows:
                 reason = self.reference.decide(state, request, event.args).reason
                 if reason is not None and reason != BUSY:
                     seen[reason.rule] += 1
-                    other = without.setdefault(reason.rule, Reference(_cut(model, reason.rule.__ne__)))
+                    other = without.setdefault(reason.rule, Reference(cut(model, reason.rule.__ne__)))
                     if alone[reason.rule] < ENOUGH:
                         decision = other.decide(state, other.model.request[name], event.args)
                         alone[reason.rule] += decision.verdict == "launch"
@@ -72,14 +71,14 @@ class Shadows:
     def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator[tuple[State, Event]]:
         """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
         random = Random(0)
-        observations = list(_observations(only))
+        seen = list(observations(only))
         for state in self.states:
-            for observation in (None, *observations):
+            for observation in (None, *seen):
                 there = state if observation is None else self.reference.step(state, observation)[0]
                 if observation is not None:
                     yield state, observation
                 for request in requests:
-                    for args in dict.fromkeys(_arguments(request, random) for _ in range(ASKS)):
+                    for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
                         yield there, Ask(request.name, args)
 
 
@@ -98,7 +97,7 @@ def _rules(actions: Sequence[Action]) -> set[str]:
     return {rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)}
 
 
-def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
+def cut(model: Model, keep: Callable[[str], bool]) -> Model:
     """Return the model with those rules, guards, consumptions and launches alone whose names are to be kept.
 
     A request that no rule of its own interrupts any more is refused while it is active, as others are.
@@ -116,58 +115,3 @@ def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
     )
     launches = tuple(launch for launch in model.launches if keep(launch.name))
     return replace(model, requests=requests, rules=rules, launches=launches)
-
-
-def _observations(model: Model) -> Iterator[Observe]:
-    """Yield observations of the posters that conditions of a model read, of values beside their constants."""
-    conditions = [rule.condition for rule in model.rules]
-    conditions += [guard.condition for request in model.requests for guard in request.guards]
-    found: dict[str, dict[Value, None]] = {}
-    for condition in conditions:
-        for name, value in _compared(condition):
-            if name in model.variable and model.variable[name].kind == "poster":
-                kind = model.variable[name].type
-                values = (each for each in _beside(kind, value) if contains(kind, each))
-                found.setdefault(name, {}).update(dict.fromkeys(values))
-    yield from (Observe(name, value) for name, values in found.items() for value in values)
-
-
-def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:
-    for atom in atoms(condition):
-        match atom:
-            case Compare(_, Reading(name), Const(value)) | Compare(_, Const(value), Reading(name)):
-                yield name, value
-            case _:
-                pass
-
-
-def _beside(kind: Type, value: Value) -> tuple[Value, ...]:
-    """Return values below, at and above a constant, as far as there are some; of an enum all."""
-    match kind, value:
-        case Bool(), _:
-            return False, True
-        case Enum(values), _:
-            return values
-        case Int(low, high), int():
-            return value - 1, value, value + 1, low, high
-        case Real(low, high), float():
-            return low, (low + value) / 2, value, (value + high) / 2, high
-        case _:
-            return ()
-
-
-def _arguments(request: Request, random: Random) -> tuple[Value, ...]:
-    return tuple(_any(parameter.type, random) for parameter in request.params)
-
-
-def _any(kind: Type, random: Random) -> Value:
-    match kind:
-        case Bool():
-            return random.random() < 0.5
-        case Int(low, high):
-            return random.randint(low, high)
-        case Enum(values):
-            return random.choice(values)
-        case Real(_, high):
-            lowest = float(least(kind))
-            return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest

@@ -43,7 +43,7 @@ def test_nothing_is_looked_for_when_the_time_is_over() -> None:
 
 
 NEVER = [
-    ("context m.a { check never: wind > 70; }", "`m.a.calm`, `m.a.never` decide; without `m.a.never` it"),
+    ("context m.a { check never: wind > 70; }", "`m.a.never`, `m.a.calm` decide; without `m.a.never` it"),
     (
         "context m.b { check up: wind > 30; check down: wind < 10; }",
         "`m.b.up`, `m.b.down` decide; without `m.b.up` or without `m.b.down` it",

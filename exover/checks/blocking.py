@@ -1,0 +1,174 @@
+"""What keeps a request from a launch in a state, and what would have to come first and cannot.
+
+A rule that decides is one cause; that what would mend it cannot happen either is the next. Whether a change mends it is
+asked of the reference interpreter: it does if the rule no longer decides once the change is made (a counterfactual
+cause, Halpern, Pearl 2005).
+"""
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import field, replace
+from functools import partial
+
+from exover.checks.near_events import onward
+from exover.checks.shadowing import cut
+from exover.dataclass import dataclass
+from exover.model.decision import BUSY, Reason
+from exover.model.evaluate import holds
+from exover.model.event import Args
+from exover.model.model import Effect, Forget, Launch, Model, Request, SetState
+from exover.model.property import Formula
+from exover.model.reads import Read, reads, rule_reads, users
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import least
+
+ENOUGH = 5
+"""So often a rule has to stand alone in the way to be believed to be what stays."""
+
+
+@dataclass(frozen=True, slots=True)
+class Blocked:
+    """A request that cannot start in a state with these arguments, and the reason; `waits`: it stands in its place."""
+
+    request: Request
+    args: Args
+    reason: Reason
+    waits: bool
+    refused: bool
+
+
+@dataclass
+class Obstacles:
+    """Finds what keeps requests from launches. Only steps are looked at after which the assumptions are true."""
+
+    reference: Reference
+    assumptions: Sequence[Formula]
+    is_late: Callable[[], bool] = lambda: False
+    _without: dict[str, Reference] = field(default_factory=dict)
+    _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
+
+    def blocked(self, state: State, name: str) -> Blocked | None:
+        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing."""
+        request, place = self.reference.model.request[name], state.places[name]
+        args = place.args if place else tuple(least(each.type) for each in request.params)
+        decision = self.reference.decide(state, request, args)
+        if decision.reason is None:
+            return None
+        return Blocked(request, args, decision.reason, place is not None, decision.verdict == "reject")
+
+    def lasting(self, state: State, name: str) -> State | None:
+        """Return a state that random runs come to from one, where a rule stands alone in the way of a request.
+
+        It is the first of the rule that does so most often; None if none does, or it is late.
+        """
+        key = state.key(), name
+        if key not in self._lasting and not self.is_late():
+            self._lasting[key] = self._found_lasting(state, name)
+        return self._lasting.get(key)
+
+    def _found_lasting(self, begun: State, name: str) -> State | None:
+        alone, first = Counter[str](), dict[str, State]()
+        for state in onward(self.reference, begun, self.assumptions):
+            found = self.blocked(state, name)
+            if found is not None and found.reason != BUSY and self._is_alone(state, found):
+                rule = found.reason.rule
+                alone[rule] += 1
+                first.setdefault(rule, state)
+                if alone[rule] >= ENOUGH:
+                    break
+        return first[alone.most_common(1)[0][0]] if alone else None
+
+    def _is_alone(self, state: State, found: Blocked) -> bool:
+        """Return whether a request would start but for one rule."""
+        rule = found.reason.rule
+        if rule not in self._without:
+            self._without[rule] = Reference(cut(self.reference.model, rule.__ne__))
+        other = self._without[rule]
+        return other.decide(state, other.model.request[found.request.name], found.args).reason is None
+
+    def chain(self, state: State, first: Blocked) -> Iterator[tuple[State, Blocked | Launch]]:
+        """Yield what keeps a request from a launch, then of what would mend that what cannot start either, those that
+        wait first, and launch rules that require again what it is held up by; each with the state in which that is so.
+        """
+        model = self.reference.model
+        told, left = {first.request.name}, deque([(state, first)])
+        while left:
+            there, link = left.popleft()
+            if not link.waits and link is not first:
+                there = self.lasting(there, link.request.name) or there
+                link = self.blocked(there, link.request.name) or link
+            yield there, link
+            read = set(reason_reads(model, there, link.request, link.reason))
+            again = [each for each in model.launches if Read("active", each.request) in read and each.name not in told]
+            again = [each for each in again if there.active([each.request]) and holds(model, there, each.condition)]
+            for launch in again:
+                told.add(launch.name)
+                yield there, launch
+            wanted = [(read, partial(self._is_mended, link))]
+            wanted += [(set(reads(each.condition)), partial(self._is_let_go, each)) for each in again]
+            found = []
+            for each in model.requests:
+                idle = each.name not in told and not there.active([each.name])
+                mends = idle and any(self._mends(there, each, read, is_mended) for read, is_mended in wanted)
+                other = self.blocked(there, each.name) if mends else None
+                if other is not None:
+                    told.add(each.name)
+                    found.append((there, other))
+            left += sorted(found, key=lambda each: not each[1].waits)
+
+    def _is_mended(self, link: Blocked, state: State) -> bool:
+        """Return whether a request would not be blocked in a state for the reason for which it is."""
+        return self.reference.decide(state, link.request, link.args).reason != link.reason
+
+    def _is_let_go(self, launch: Launch, state: State) -> bool:
+        """Return whether a launch rule requires nothing in a state."""
+        return not holds(self.reference.model, state, launch.condition)
+
+    def _mends(self, state: State, each: Request, read: set[Read], is_mended: Callable[[State], bool]) -> bool:
+        """Return whether a request that starts or ends changes what is read so that something is mended."""
+        name = each.name
+        if any(other.name == name and other.kind in ("active", "waiting", "past", "last") for other in read):
+            return True
+        if any(other.kind == "level" and other.name == share.resource for other in read for share in each.productions):
+            return True
+        named = {other.name for other in read if other.kind in ("reading", "past")}
+        changed = [_changed(state, effect) for effect in _effects(each) if named.intersection(_names(effect))]
+        changed += [
+            state.with_reading(latch.name, value=False)
+            for latch in self.reference.model.latches
+            if name in latch.resets and latch.name in named
+        ]
+        return any(map(is_mended, changed))
+
+
+def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
+    """Return what the guard or the consumption of a reason reads, or the rule, of whose requests those that are active:
+    of a resource who uses it.
+    """
+    read: dict[Read, None] = {}
+    for guard in request.guards:
+        if guard.name == reason.rule:
+            read |= dict.fromkeys(sorted(reads(guard.condition)))
+    for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
+        holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
+        read |= dict.fromkeys(each for each in holders if each.kind != "active" or state.active([each.name]))
+    if any(clause.resource == reason.rule for clause in request.consumptions):
+        read[Read("level", reason.rule)] = None
+    return tuple(read)
+
+
+def _effects(request: Request) -> tuple[Effect, ...]:
+    return (*request.on_launch, *request.on_ok, *request.on_failed, *request.on_interrupted)
+
+
+def _names(effect: Effect) -> tuple[str, ...]:
+    return (effect.state,) if isinstance(effect, SetState) else effect.requests
+
+
+def _changed(state: State, effect: Effect) -> State:
+    match effect:
+        case SetState(name, value):
+            return state.with_reading(name, value)
+        case Forget(requests):
+            return replace(state, past={**state.past, **dict.fromkeys(requests)})

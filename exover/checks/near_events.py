@@ -1,0 +1,137 @@
+"""Events near what the conditions of a model speak of, and states that runs come to by them."""
+
+from collections.abc import Iterator, Sequence
+from random import Random
+
+from exover.model.evaluate import holds
+from exover.model.event import ENDINGS, Ask, Event, Killed, Launched, Observe, Report
+from exover.model.expression import Compare, Cond, Const, Reading, atoms
+from exover.model.model import Model, Request
+from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.trace import Answers
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
+
+WALKS, STEPS = 32, 12
+"""So many random runs go on from a state, so many steps each."""
+
+
+def observations(model: Model) -> Iterator[Observe]:
+    """Yield observations of the posters that conditions of a model read, of values beside their constants, and of full
+    consumables.
+    """
+    conditions = [rule.condition for rule in model.rules]
+    conditions += [guard.condition for request in model.requests for guard in request.guards]
+    found: dict[str, dict[Value, None]] = {}
+    for condition in conditions:
+        for name, value in _compared(condition):
+            if name in model.variable and model.variable[name].kind == "poster":
+                kind = model.variable[name].type
+                values = (each for each in _beside(kind, value) if contains(kind, each))
+                found.setdefault(name, {}).update(dict.fromkeys(values))
+    yield from (Observe(name, value) for name, values in found.items() for value in values)
+    yield from (Observe(each.name, each.capacity) for each in model.resources if each.consumable)
+
+
+def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:
+    for atom in atoms(condition):
+        match atom:
+            case Compare(_, Reading(name), Const(value)) | Compare(_, Const(value), Reading(name)):
+                yield name, value
+            case _:
+                pass
+
+
+def _beside(kind: Type, value: Value) -> tuple[Value, ...]:
+    """Return values below, at and above a constant, as far as there are some; of an enum all."""
+    match kind, value:
+        case Bool(), _:
+            return False, True
+        case Enum(values), _:
+            return values
+        case Int(low, high), int():
+            return value - 1, value, value + 1, low, high
+        case Real(low, high), float():
+            return low, (low + value) / 2, value, (value + high) / 2, high
+        case _:
+            return ()
+
+
+def arguments(request: Request, random: Random) -> tuple[Value, ...]:
+    """Return any arguments of a request."""
+    return tuple(_any(parameter.type, random) for parameter in request.params)
+
+
+def _any(kind: Type, random: Random) -> Value:
+    match kind:
+        case Bool():
+            return random.random() < 0.5
+        case Int(low, high):
+            return random.randint(low, high)
+        case Enum(values):
+            return random.choice(values)
+        case Real(_, high):
+            lowest = float(least(kind))
+            return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest
+
+
+def onward(reference: Reference, state: State, assumptions: Sequence[Formula] = ()) -> Iterator[State]:
+    """Yield the state and others that random runs come to from there, by reports, observations and asks.
+
+    Only steps are taken after which the assumptions are seen to be true.
+    """
+    model, random = reference.model, Random(0)
+    seen = list(observations(model))
+    yield state
+    for _ in range(WALKS):
+        here = state
+        for _ in range(STEPS):
+            event = _event(model, here, seen, random)
+            after, actions = reference.step(here, event)
+            if all(_is_true(model, event, after, actions, each) for each in assumptions):
+                here = after
+                yield here
+
+
+def _is_true(model: Model, event: Event, after: State, actions: Answers, formula: Formula) -> bool | None:
+    """Return whether a formula of one moment is true after a step; None where actions do not tell."""
+
+    def truth(part: Formula) -> bool | None:
+        return _is_true(model, event, after, actions, part)
+
+    match formula:
+        case Atom(condition):
+            return holds(model, after, condition)
+        case Negation(part):
+            found = truth(part)
+            return None if found is None else not found
+        case Conjunction(parts):
+            every = list(map(truth, parts))
+            return False if False in every else None if None in every else True
+        case Disjunction(parts):
+            every = list(map(truth, parts))
+            return True if True in every else None if None in every else False
+        case Happened("asked", request, None):
+            return isinstance(event, Ask) and event.request == request
+        case Happened("ended", request, None):
+            return isinstance(event, Report) and event.request == request
+        case Happened("launched", request, None):
+            return any(isinstance(each, Launched) and each.request == request for each in actions)
+        case Happened("killed", request, None):
+            return any(isinstance(each, Killed) and each.request == request for each in actions)
+        case _:
+            return None
+
+
+def _event(model: Model, state: State, seen: list[Observe], random: Random) -> Event:
+    active, chance = state.active(), random.random()
+    if active and chance < 0.4:
+        name, slot = random.choice(active)
+        outcome = "ok" if random.random() < 0.7 else random.choice(ENDINGS)
+        results = tuple(_any(each.type, random) for each in model.request[name].results) if outcome == "ok" else ()
+        return Report(name, slot, outcome, results)
+    if seen and chance < 0.6:
+        return random.choice(seen)
+    request = random.choice(model.requests)
+    return Ask(request.name, arguments(request, random))
