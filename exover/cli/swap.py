@@ -43,7 +43,8 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
 
 def _told(answer: SwapAnswer, old: str, new: str) -> str:
     """Return what was proved of two files."""
-    lines = [f"{old} -> {new}: {answer.asked} rule{'s' * (answer.asked != 1)} asked of every state"]
+    others = "" if answer.asked == answer.rules else "; what NEW starts with breaks no other"
+    lines = [f"{old} -> {new}: {answer.asked} of {answer.rules} rules of NEW asked of every state{others}"]
     for name, rules in answer.ended.items():
         why = f"for {', '.join(rules)}" if rules else "it is another there, or not there"
         lines.append(f"has to end first: {name} ({why})")

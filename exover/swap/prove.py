@@ -21,13 +21,14 @@ class SwapAnswer:
 
     `ended`: the requests of OLD that have to be idle, each with the rules of NEW for which; without one it is a request
     that means something else in NEW, or nothing. `open`: rules that may be broken whatever has ended. `asked`: how many
-    rules were asked about. `forgotten`: what NEW starts with, since OLD does not remember it so.
+    of the `rules` of NEW had to be asked about. `forgotten`: what NEW starts with, since OLD does not remember it so.
     """
 
     verdict: Verdict
     ended: Mapping[str, tuple[str, ...]]
     open: tuple[str, ...]
     asked: int
+    rules: int
     forgotten: tuple[str, ...]
 
 
@@ -50,7 +51,7 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
     said = set(found.values())
     verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
     names = tuple(dict.fromkeys(rule.name for rule in found))
-    return SwapAnswer(verdict, ended, names, asked, tuple(_forgotten(carry)))
+    return SwapAnswer(verdict, ended, names, asked, len({rule.name for rule in rules}), tuple(_forgotten(carry)))
 
 
 def _ask(
