@@ -81,13 +81,15 @@ def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
 def _normal(
     scope: NameScope, constant: int, factors: dict[ModelTerm, int], ranges: dict[ModelTerm, Int], span: Span
 ) -> Operand | None:
-    """Return `constant + sum(factor * term)`, whose every step fits 64 bits, or None and a mistake."""
+    """Return `constant + sum(factor * term)`, whose every step fits 64 bits, also without the constant, or None and a
+    mistake.
+    """
     low = high = constant
     in_range = fits(constant)
     for term, factor in factors.items():
         ends = (factor * ranges[term].low, factor * ranges[term].high)
         low, high = low + min(ends), high + max(ends)
-        in_range = in_range and all(fits(number) for number in (factor, *ends, low, high))
+        in_range = in_range and all(map(fits, (factor, *ends, low, high, low - constant, high - constant)))
     if not in_range:
         scope.mistakes.add("E310", "the value of this sum may not fit 64 bits", span)
         return None
@@ -235,8 +237,10 @@ def _typed(scope: NameScope, relation: Operator, left: Typed, right: Typed, span
             if relation not in ("==", "!="):
                 no_order(scope, left.type, span)
                 return None
-        case Int(), Int():
-            pass
+        case Int() as one, Int() as other:
+            if not _difference_fits(left, one, right, other):
+                scope.mistakes.add("E310", "the difference of the two sides may not fit 64 bits", span)
+                return None
         case Real(), Real():
             if not _reals(scope, left, right, span):
                 return None
@@ -246,6 +250,13 @@ def _typed(scope: NameScope, relation: Operator, left: Typed, right: Typed, span
     if isinstance(left.term, Const) and isinstance(right.term, Const):
         return TRUE if RELATIONS[relation](left.term.value, right.term.value) else FALSE
     return Compare(relation, left.term, right.term)
+
+
+def _difference_fits(left: Typed, one: Int, right: Typed, other: Int) -> bool:
+    """Return whether the difference of two sides fits 64 bits, their constants aside, as tables have it."""
+    first, second = (side.term.constant if isinstance(side.term, Sum) else 0 for side in (left, right))
+    low, high = one.low - first - (other.high - second), one.high - first - (other.low - second)
+    return fits(low) and fits(high)
 
 
 def no_order(scope: NameScope, kind: Type, span: Span) -> None:
