@@ -65,7 +65,7 @@ def read_object(line: str | bytes) -> Json | Invalid:
     if len(line) > MAX_LINE:
         return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
     try:
-        found = _DECODER.decode(line.decode("utf-8-sig") if isinstance(line, bytes) else line)
+        found = _DECODER.decode((line.decode("utf-8-sig") if isinstance(line, bytes) else line).rstrip("\r\n"))
     except UnicodeDecodeError as error:
         return Invalid("bad-event", f"the line is not UTF-8: {error.reason} at byte {error.start + 1}")
     except json.JSONDecodeError as error:

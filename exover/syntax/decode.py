@@ -1,5 +1,7 @@
 """Bytes to text."""
 
+from codecs import BOM_UTF8
+
 from exover.diagnostics import Diagnostic
 from exover.source import Source
 
@@ -12,8 +14,8 @@ def decode(name: str, data: bytes) -> Source | Diagnostic:
     if len(data) > MAX_BYTES:
         return Diagnostic("E003", f"the file is too large: more than {MAX_BYTES // (1024 * 1024)} MiB", None)
     try:
-        return Source(name, data.decode("utf-8-sig"))
+        return Source(name, data.removeprefix(BOM_UTF8).decode())
     except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        message = f"the file is no UTF-8 text: byte 0x{data[error.start]:02x} on line {line}"
+        line = error.object.count(b"\n", 0, error.start) + 1
+        message = f"the file is no UTF-8 text: byte 0x{error.object[error.start]:02x} on line {line}"
         return Diagnostic("E002", message, None, help="save it as UTF-8")

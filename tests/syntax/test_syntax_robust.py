@@ -155,6 +155,9 @@ def test_decode() -> None:
     assert decode("t", b"spec s;\n\xff\xfe") == Diagnostic(
         "E002", "the file is no UTF-8 text: byte 0xff on line 2", None, help="save it as UTF-8"
     )
+    assert decode("t", b"\xef\xbb\xbfspec s;\n\n\xff") == Diagnostic(
+        "E002", "the file is no UTF-8 text: byte 0xff on line 3", None, help="save it as UTF-8"
+    )
     assert decode("t", b" " * (MAX_BYTES + 1)) == Diagnostic("E003", "the file is too large: more than 16 MiB", None)
     assert isinstance(decode("t", b" " * MAX_BYTES), Source)
 

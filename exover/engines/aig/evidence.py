@@ -74,7 +74,7 @@ class Evidence:
             case Reach() | LassoQuestion() | CutOff():
                 return self._certain(question, fair)
             case KnownAtStart(truth):
-                return Found(truth, INITIAL)
+                return Found(truth, INITIAL, Trace(()))
             case Denied(part):
                 inner = self.answer(part, fair)
                 return inner if inner.truth is None else replace(inner, truth=not inner.truth)
@@ -124,4 +124,4 @@ def _either(answers: Sequence[Found]) -> Found:
     if unknown:
         return Found(None, reason="; ".join(dict.fromkeys(answer.reason for answer in unknown if answer.reason)))
     proved = [answer for answer in answers if answer.method != INITIAL]
-    return proved[0] if proved else Found(False, INITIAL)
+    return proved[0] if proved else Found(False, INITIAL, Trace(()))

@@ -12,6 +12,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.k_liveness import Staying, reports, slots_of
 from exover.loop.formula_classes import Lingering, lingering_of
+from exover.model.property import TRUE as ALWAYS
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
 
 
@@ -19,9 +20,10 @@ def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
     """Return where a run stays if it satisfies a formula of LTL, and if `fair` reports every slot again and again."""
     signals = reports(encoding, slots_of(encoding)) if fair else ()
     formula = plain(path)
-    if isinstance(formula, Until):
-        lingering = lingering_of(formula)
-        if lingering is not None:
+    match formula:
+        case Until(left, goal) if left == ALWAYS and momentary(goal):
+            return _lingering(encoding, Lingering(goal, ALWAYS), signals)
+        case Until() if lingering := lingering_of(formula):
             return _lingering(encoding, lingering, signals)
     return Tableau(encoding, formula).staying(signals)
 

@@ -1,7 +1,7 @@
 """The engine: what Z3 says of a claim."""
 
 from contextlib import suppress
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from time import monotonic
 from typing import assert_never
@@ -109,10 +109,7 @@ class Smt:
 
     def _judged(self, claim: Claim, formula: Formula) -> Opinion:
         question = _Question(self, claim)
-        if claim.linear:
-            opinion = question.opposite(question.shown(Negation(formula), exact=True))
-        else:
-            opinion = question.decided(formula)
+        opinion = question.opposite(question.endless(Negation(formula))) if claim.linear else question.decided(formula)
         if not claim.coherent or opinion.verdict != "holds":
             return opinion
         stranded = self._stranded(claim.fair)
@@ -236,6 +233,18 @@ class _Question:
             case Until(left, right) if momentary(left) and momentary(right):
                 return self._reached(path, left, right, least)
         return self._lasso(path, exact)
+
+    def endless(self, path: Formula) -> Opinion:
+        """Return whether some run satisfies a formula of LTL; the run is a lasso if a short one is found."""
+        opinion = self.shown(path, exact=True)
+        if opinion.trace is None or opinion.trace.loop_start is not None:
+            return opinion
+        system = self.system(path, self.fair)
+        with suppress(Inconclusive, SpuriousModel):
+            found = Lassos(Unrolled(system, self.clock), self.fair, endless=True).find(path, LASSOS)
+            if found is not None:
+                return replace(opinion, trace=self._trace(system, found.steps, found.loop_start))
+        return opinion
 
     def _reached(self, path: Formula, left: Formula, right: Formula, least: int) -> Opinion:
         system = self.system(path)

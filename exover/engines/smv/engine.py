@@ -13,6 +13,7 @@ from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
 from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.finite.tested_bounds import TooLarge
+from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, question_of
 from exover.model.property import Properties
 from exover.model.trace import Disagreement, Trace
 from exover.ocrd.compile import Compiled
@@ -89,14 +90,14 @@ class NuSmv:
         verdict = _verdict(said.of.get(name, ""))
         if verdict == "unknown":
             return Opinion(verdict, "", said.stopped or SILENT)
-        trace, message = self._trace(text, runs.of.get(name, ""))
+        trace, message = self._trace(text, claim, runs.of.get(name, ""))
         return Opinion(verdict, METHOD, message, trace)
 
-    def _trace(self, text: Text, printed: str) -> tuple[Trace | None, str]:
+    def _trace(self, text: Text, claim: Claim, printed: str) -> tuple[Trace | None, str]:
         """Return the run that was shown, and what is to be said of it. Raises `Disagreement` if it is none."""
         what = shown(text.names, printed)
         if what is None or not what.steps:
-            return None, ""
+            return Trace(()) if what is not None and _is_of_moments(claim) else None, ""
         try:
             trace = concrete(text.names, self._replay.reference, what)
         except InvalidTrace as reason:
@@ -142,3 +143,14 @@ def _verdict(printed: str) -> Verdict:
     if found is None:
         return "unknown"
     return "holds" if found[1] == "true" else "violated"
+
+
+def _is_of_moments(claim: Claim) -> bool:
+    """Return whether a claim is false iff some moment, or the start, is as it says that none is."""
+    if claim.formula is None or claim.linear:
+        return False
+    match question_of(claim.formula):
+        case AtStart() | Opposite(AtStart() | ExistsUntil(strict=False)):
+            return True
+        case _:
+            return False

@@ -67,8 +67,8 @@ def test_of_fair_runs_is_known_what_was_asked_of_them_or_of_all_that_go_on() -> 
         (Either((OTHER, LASSO)), Found(None, reason="too hard")),
         (Either((LASSO, MOMENT)), SEEN),
         (Either((KnownAtStart(False), OTHER)), NONE),
-        (Either((KnownAtStart(False),)), Found(False, INITIAL)),
-        (KnownAtStart(True), Found(True, INITIAL)),
+        (Either((KnownAtStart(False),)), Found(False, INITIAL, Trace(()))),
+        (KnownAtStart(True), Found(True, INITIAL, Trace(()))),
         (Beyond(), Found(None)),
     ],
 )

@@ -1,0 +1,40 @@
+"""What the start alone shows, and lassos where every run breaks a property: every engine shows the same kind of run."""
+
+import pytest
+
+from exover.checks.engines import EngineName
+from exover.checks.run import check_all
+from exover.pipeline import load_properties
+from exover.source import Source
+from tests.support.agreement import every_engine
+from tests.support.engines import model_of
+from tests.support.nusmv import needs_nusmv
+from tests.support.small import compiled
+
+SPEC = "spec s; module m { request a(); } forbid f: not past(m.a) and not active(m.a) by kill m.a;"
+PROPERTIES = """for s;
+property never_so: never not past(m.a);
+property always_so: always past(m.a);
+property all_so: ctl AG past(m.a);
+property first: ltl G not active(m.a);
+property at_once: ltl G past(m.a);
+property ever: ltl G not launched(m.a);
+"""
+ENGINES = ("aig", "bdd", "z3", pytest.param("nusmv", marks=needs_nusmv))
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_run_of_no_step_shows_what_is_false_at_the_start_and_ltl_has_a_lasso(name: EngineName) -> None:
+    model = model_of(SPEC)
+    properties = load_properties(Source("s.prop", PROPERTIES), model).properties
+    assert properties is not None
+    asked = {"consistency", "property"}
+    outcome = check_all(compiled(model), lambda _: None, asked, properties, engines=every_engine((name,)))
+    runs = {each.subject: each.trace for each in outcome.findings}
+    assert {each.verdict for each in outcome.findings} == {"violated"}
+    for subject in ("f", "never_so", "always_so", "all_so"):
+        trace = runs[subject]
+        assert trace is not None and trace.moments == ()
+    for subject in ("first", "at_once", "ever"):
+        trace = runs[subject]
+        assert trace is not None and trace.loop_start is not None
