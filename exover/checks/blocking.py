@@ -105,7 +105,7 @@ class Obstacles:
             for launch in again:
                 told.add(launch.name)
                 yield there, launch
-            wanted = [(read, partial(self._is_mended, link))]
+            wanted = [(read, partial(self.is_mended, link))]
             wanted += [(set(reads(each.condition)), partial(self._is_let_go, each)) for each in again]
             found = []
             for each in model.requests:
@@ -117,7 +117,7 @@ class Obstacles:
                     found.append((there, other))
             left += sorted(found, key=lambda each: not each[1].waits)
 
-    def _is_mended(self, link: Blocked, state: State) -> bool:
+    def is_mended(self, link: Blocked, state: State) -> bool:
         """Return whether a request would not be blocked in a state for the reason for which it is."""
         return self.reference.decide(state, link.request, link.args).reason != link.reason
 
@@ -133,7 +133,7 @@ class Obstacles:
         if any(other.kind == "level" and other.name == share.resource for other in read for share in each.productions):
             return True
         named = {other.name for other in read if other.kind in ("reading", "past")}
-        changed = [_changed(state, effect) for effect in _effects(each) if named.intersection(_names(effect))]
+        changed = [_changed(state, effect) for effect in each.effects if named.intersection(_names(effect))]
         changed += [
             state.with_reading(latch.name, value=False)
             for latch in self.reference.model.latches
@@ -156,10 +156,6 @@ def reason_reads(model: Model, state: State, request: Request, reason: Reason) -
     if any(clause.resource == reason.rule for clause in request.consumptions):
         read[Read("level", reason.rule)] = None
     return tuple(read)
-
-
-def _effects(request: Request) -> tuple[Effect, ...]:
-    return (*request.on_launch, *request.on_ok, *request.on_failed, *request.on_interrupted)
 
 
 def _names(effect: Effect) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from itertools import islice
+from itertools import islice, takewhile
 
 from exover.checks.blocking import Blocked, Obstacles, reason_reads
 from exover.checks.finding import Finding
@@ -158,7 +158,9 @@ def _rule_use(broken: _Broken) -> str:
 def _reachability(broken: _Broken) -> str:
     """Return what decides where it is asked."""
     deciding, alone = broken.near.before_launch(broken.finding.subject) if broken.near else ((), ())
-    parts = [broken.finding.message]
+    request = broken.model.request[broken.finding.subject]
+    found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
+    parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
     if deciding:
         parts.append(f"where it is asked, {_decide(deciding)}")
     if alone:
@@ -174,12 +176,14 @@ def _decide(rules: Sequence[str]) -> str:
 
 
 def _waiting(broken: _Broken) -> str:
-    """Return by what the request waits at the end of its run."""
+    """Return by what the request waits at the end of its run, and launch rules that require it again and again."""
     state, name = broken.end, broken.finding.subject
     found = broken.obstacles.blocked(state, name) if state and state.places[name] else None
     if state is None or found is None:
         return broken.finding.message
-    return f"{broken.finding.message}; {_link(broken, state, found)}"
+    links = broken.obstacles.chain(state, found)
+    told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
+    return "; ".join([broken.finding.message, *(_link(broken, there, each) for there, each in told)])
 
 
 def _deadlock(broken: _Broken) -> str:
@@ -209,7 +213,7 @@ def _stuck(broken: _Broken, state: State, name: str) -> list[str]:
     last = first if later is state else obstacles.blocked(later, name)
     if last is None:
         return []
-    mended = "" if first is not None and first.reason == last.reason else "once all else is mended, "
+    mended = "once all else is mended, " if obstacles.is_mended(last, state) else ""
     return [f"{mended}{_chain(broken, later, last)}"]
 
 
@@ -237,7 +241,7 @@ def _link(broken: _Broken, state: State, link: Blocked | Launch) -> str:
     if isinstance(link, Launch):
         return f"launch rule `{link.name}` requires `{link.request}` there"
     by = _reason(broken.model, state, link)
-    if link.waits:
+    if link.waits and broken.end is not None and broken.end.places[link.request.name]:
         return f"`{link.request.name}` waits by {by}"
     return f"{_asked(link.request, link.args)} is {'refused' if link.refused else 'kept waiting'} by {by}"
 

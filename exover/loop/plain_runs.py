@@ -7,9 +7,10 @@ stands in a sum, is left as it is. States that differ in such values alone take 
 1989), so what a run shows the plain one shows, and a lasso stays one.
 """
 
-from bisect import bisect_left
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -20,36 +21,51 @@ from exover.model.model import Model, Parameter
 from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Moment, Trace, run
-from exover.model.types import Int, Real, Value, plain
+from exover.model.types import Int, Real, Value
 from exover.ocrd.vector import comparisons, conditions
+
+Cut = tuple[float, int]
+"""A constant that values are told apart by: those below it from the others (0), or those above it (1)."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Number:
-    """What is told apart of a number, and the value that it is to be near to.
-
-    Of an int on which side of each cut it lies, the cut itself on the lower; of a real also whether it is one.
-    """
+    """What is told apart of a number, in order, and the value that it is to be near to."""
 
     kind: Int | Real
-    cuts: tuple[float, ...]
+    cuts: tuple[Cut, ...]
     near: float
 
     def plain(self, value: float) -> float:
         """Return the value nearest to where it is to be of those that are not told apart from this one."""
-        place = bisect_left(self.cuts, value)
-        low = self.cuts[place - 1] if place else None
-        high = self.cuts[place] if place < len(self.cuts) else None
-        if isinstance(self.kind, Int):
-            first = self.kind.low if low is None else max(self.kind.low, low + 1)
-            last = self.kind.high if high is None else min(self.kind.high, high)
-            return max(first, min(self.near, last))
-        if high == value:
-            return value
-        if (low is None or low < self.near) and (high is None or self.near < high):
+        place = self._place(value)
+        if self._place(self.near) == place:
             return self.near
-        found = plain(self.kind.low if low is None else low, self.kind.high if high is None else high)
-        return value if found is None else found
+        up = self.near < value
+        bound = self.cuts[place - 1 if up else place][0]
+        alike = (each for each in self._from(bound, up) if self.kind.low <= each <= self.kind.high)
+        return next((each for each in alike if self._place(each) == place), value)
+
+    def _place(self, value: float) -> int:
+        """Return how many cuts a value lies beyond."""
+        return bisect_right(self.cuts, (value, 0))
+
+    def _from(self, bound: float, up: bool) -> Iterator[float]:
+        """Yield a bound and numbers next to it: of an int the next, of a real one with as many digits after the point,
+        then with more.
+        """
+        yield bound
+        if isinstance(self.kind, Int):
+            yield bound + 1 if up else bound - 1
+            return
+        exact = Decimal(repr(bound)).normalize()
+        for digits in range(DIGITS):
+            step = Decimal(1).scaleb(min(0, int(exact.as_tuple().exponent)) - digits)
+            yield float(exact + step if up else exact - step)
+
+
+DIGITS = 4
+"""A real has fewer digits more than the bound that it lies beyond."""
 
 
 MIRRORED = str.maketrans("<>", "><")
@@ -127,9 +143,9 @@ class PlainRuns:
                     yield (request.name, each.name), each.type, min(max(zero, each.type.low), each.type.high)
 
     @cached_property
-    def _compared(self) -> tuple[dict[Key, set[float]], set[Key]]:
+    def _compared(self) -> tuple[dict[Key, set[Cut]], set[Key]]:
         """Return by number the cuts that constants are, and the numbers whose very values count."""
-        cuts: dict[Key, set[float]] = {}
+        cuts: dict[Key, set[Cut]] = {}
         whole: set[Key] = set()
         stated = ((None, condition) for condition in property_conditions(self.properties))
         for owner, condition in (*conditions(self.model), *stated):
@@ -162,13 +178,9 @@ def _sides(compare: Compare) -> Iterator[tuple[ModelTerm, ModelTerm, str]]:
     yield compare.right, compare.left, compare.operator.translate(MIRRORED)
 
 
-def _cuts(operator: str, value: Value) -> tuple[float, ...]:
-    """Return the cuts that a comparison with a constant makes: of an int the last value on its lower side."""
-    match value:
-        case bool() | str():
-            return ()
-        case int():
-            below = () if operator in ("<=", ">") else (value - 1,)
-            return below if operator in ("<", ">=") else (*below, value)
-        case float():
-            return (value,)
+def _cuts(operator: str, value: Value) -> tuple[Cut, ...]:
+    """Return the cuts that a comparison with a constant makes."""
+    if isinstance(value, bool | str):
+        return ()
+    below = () if operator in ("<=", ">") else ((value, 0),)
+    return below if operator in ("<", ">=") else (*below, (value, 1))

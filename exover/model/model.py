@@ -164,6 +164,11 @@ class Request:
     on_interrupted: tuple[Effect, ...] = ()
     location: Location = field(default=NOWHERE, compare=False)
 
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What its launch and its ends change."""
+        return (*self.on_launch, *self.on_ok, *self.on_failed, *self.on_interrupted)
+
 
 @dataclass(frozen=True, slots=True)
 class Rule:

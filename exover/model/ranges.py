@@ -1,4 +1,8 @@
-"""Comparisons that the ranges of what they compare decide, whatever happens: `wind > 99` of a wind in 0 .. 60."""
+"""Comparisons that are decided whatever happens.
+
+They are so by ranges, as `wind > 99` of a wind in 0 .. 60, or by what is ever set, as `place == cabin` of a state of a
+module that no clause sets to it.
+"""
 
 from collections.abc import Iterator, Mapping
 
@@ -19,7 +23,7 @@ from exover.model.expression import (
     atoms,
     leaves,
 )
-from exover.model.model import Model, Parameter
+from exover.model.model import Model, Parameter, SetState
 from exover.model.types import Int, Real, Type
 from exover.model.wording import condition_text, term_text, value_text
 
@@ -41,7 +45,8 @@ class FixedComparison:
 
 
 def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
-    """Yield the comparisons of numbers that ranges decide, in the order of the text, those inside `with` included.
+    """Yield the comparisons of numbers that ranges decide, and those of a module state with a constant that the values
+    decide which it starts with and is set to, in the order of the text, those inside `with` included.
 
     `params`: those that the condition may read. A comparison of constants is not one: it decides itself.
     """
@@ -56,11 +61,30 @@ def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterato
                 inner = {param.name: param.type for param in (*request.params, *request.results)}
                 yield from _in_condition(model, where, inner, own)
             case Compare():
-                found = _decided(model, atom, own, outer)
+                found = _of_state(model, atom) or _decided(model, atom, own, outer)
                 if found is not None:
                     yield found
             case _:
                 pass
+
+
+def _of_state(model: Model, atom: Compare) -> FixedComparison | None:
+    """Return a comparison of a module state with a constant if it is decided by the values that the state can have."""
+    match atom.left, atom.right:
+        case (Reading(name), Const(value)) | (Const(value), Reading(name)) if name in model.variable:
+            variable = model.variable[name]
+        case _:
+            return None
+    if variable.kind != "state":
+        return None
+    effects = (each for request in model.requests for each in request.effects)
+    set_to = (each.value for each in effects if isinstance(each, SetState) and each.state == name)
+    values = tuple(dict.fromkeys((variable.initial, *set_to)))
+    pairs = ((each, value) if isinstance(atom.left, Reading) else (value, each) for each in values)
+    truths = {OPERATORS[atom.operator](*pair) for pair in pairs}
+    if len(truths) != 1:
+        return None
+    return FixedComparison(condition_text(atom), truths.pop(), f"{name} is {' or '.join(map(value_text, values))}")
 
 
 def _decided(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComparison | None:

@@ -37,13 +37,13 @@ def plain(*events: Event, properties: str = "", loop_start: int | None = None) -
     ("given", "wanted"),
     [
         (Ask("m.a", (7, 0.5)), Ask("m.a", (0, 0.0))),
-        (Ask("m.a", (-7, 1.875)), Ask("m.a", (-3, 1.0))),
+        (Ask("m.a", (-7, 1.875)), Ask("m.a", (-3, 0.75))),
         (Ask("m.a", (-7, 0.75)), Ask("m.a", (-3, 0.75))),
         (Ask("m.b", (7,)), Ask("m.b", (0,))),
         (Observe("wind", 80), Observe("wind", 80)),
         (Observe("gust", 31), Observe("gust", 31)),
-        (Observe("t", 113.5), Observe("t", 100.0)),
-        (Observe("t", 40.0), Observe("t", 40.0)),
+        (Observe("t", 113.5), Observe("t", 41.0)),
+        (Observe("t", 40.0), Observe("t", 20.0)),
         (Observe("t", -3.5), Observe("t", 20.0)),
         (Observe("free", 1e300), Observe("free", 0.0)),
         (Observe("hot", 90), Observe("hot", 51)),
@@ -70,8 +70,23 @@ def test_values_keep_their_types() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("said", "given", "wanted"),
+    [
+        ("t > 0.5", 0.2, 0.5),
+        ("t >= 0.5", 0.2, 0.4),
+        ("t >= 0.5 and t > 0.45", 0.47, 0.49),
+        ("t > 40.25 and t >= 40.26", 40.253, 40.251),
+        ("t == 100", 100.0, 100.0),
+        ("t != 1.2", 0.0, 1.1),
+    ],
+)
+def test_a_real_has_the_digits_of_the_constant_that_it_lies_beyond(said: str, given: float, wanted: float) -> None:
+    assert plain(Observe("t", given), properties=f"property p: never {said};") == (Observe("t", wanted),)
+
+
 def test_a_real_has_few_digits() -> None:
-    assert plain(Observe("t", -3.5), properties="property p: always t > -3;")[0] == Observe("t", -10.0)
+    assert plain(Observe("t", -3.5), properties="property p: always t > -3;")[0] == Observe("t", -3.0)
 
 
 def test_results_and_what_is_remembered_of_them_are_plain() -> None:

@@ -33,7 +33,9 @@ def test_a_term_beside_a_constant_is_decided_as_all_its_values_are(number: int, 
 SPEC = """spec s; enum e { a, b } poster at: e = a; poster on: bool = true;
 poster free: real = 0; poster t: real in 0 .. 10 = 0;
 resource fuel: 8 consumable; resource power: 9;
-module m { request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1; check CONDITION; } }"""
+module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
+    request s() { on ok set pose = out_b; on launch set k = 5; }
+    request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1; check CONDITION; } }"""
 
 
 @pytest.mark.parametrize(
@@ -46,10 +48,15 @@ module m { request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power
         ("n < 12", ["`n < 12` is true whatever happens: n lies in 0 .. 9"]),
         ("not past(m.r with n == 12)", ["`n == 12` is false whatever happens: n lies in 0 .. 9"]),
         ("not past(m.r with n > self.n)", []),
+        ("m.pose == up", ["`m.pose == up` is false whatever happens: m.pose is in_a or out_b"]),
+        ("up != m.pose", ["`up != m.pose` is true whatever happens: m.pose is in_a or out_b"]),
+        ("m.pose == out_b or m.pose != in_a or m.k > 2 or m.k == 5 or at == b", []),
+        ("m.k < 2", ["`m.k < 2` is false whatever happens: m.k is 2 or 5"]),
+        ("3 < m.k and m.k != 3", ["`m.k != 3` is true whatever happens: m.k is 2 or 5"]),
     ],
 )
 def test_what_is_decided_is_told_with_the_range(condition: str, told: list[str]) -> None:
-    (request,) = model_of(SPEC.replace("CONDITION", condition)).requests
     model = model_of(SPEC.replace("CONDITION", condition))
+    request = model.request["m.r"]
     (guard,) = request.guards
     assert list(map(str, decided(model, guard.condition, request.params))) == told

@@ -122,7 +122,7 @@ def _blocks(lasso: InputLasso, size: int) -> list[Steps]:
 
 
 def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
-    """Return the steps that speak of the same, together and each two of them; of short lassos any two.
+    """Return each step, the steps that speak of the same, together and each two of them; of short lassos any two.
 
     What one such step does another often undoes: only without both is there a lasso.
     """
@@ -136,7 +136,8 @@ def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
         for first, end in ((0, length), (0, turn), (turn, length))
     ]
     pairs = combinations(range(length), 2) if length <= PAIRED else chain(*(combinations(n, 2) for n in about.values()))
-    return list(dict.fromkeys([*filter(None, together), *map(frozenset, pairs)]))
+    each = (frozenset({number}) for number in range(length))
+    return list(dict.fromkeys([*filter(None, together), *each, *map(frozenset, pairs)]))
 
 
 def _better(
