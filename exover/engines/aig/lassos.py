@@ -137,7 +137,7 @@ def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
     ]
     pairs = combinations(range(length), 2) if length <= PAIRED else chain(*(combinations(n, 2) for n in about.values()))
     each = (frozenset({number}) for number in range(length))
-    return list(dict.fromkeys([*filter(None, together), *each, *map(frozenset, pairs)]))
+    return list(dict.fromkeys([*filter(None, together), *map(frozenset, pairs), *each]))
 
 
 def _better(
