@@ -109,5 +109,9 @@ class Solver:
         return {node for node in nodes if node in variables and model[variables[node] - 1] > 0}
 
     def close(self) -> None:
-        """Free the solver."""
-        self._solver.delete()
+        """Free the solver, once: python-sat would free it again if a signal's handler raised while it is freed."""
+        import pysolvers
+
+        freed, self._solver.minisat = self._solver.minisat, None
+        if freed is not None:
+            pysolvers.minisat22_del(freed)
