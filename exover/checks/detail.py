@@ -114,8 +114,11 @@ def _property(broken: _Broken) -> str:
     prop = named(broken.properties, finding.subject)
     message = finding.message.replace(VIOLATED, BROKEN[prop.form], 1)
     parts = [f'"{prop.text}": {message}' if prop.text else message]
-    state = broken.end if finding.trace is not None and finding.trace.loop_start is None else None
-    if state is not None:
+    state = broken.end
+    if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
+        names = dict.fromkeys(name for names in _named(prop.formula) for name in names if state.places[name])
+        parts += [told for name in names for told in _held_up(broken, state, name)]
+    elif state is not None:
         where = "at the end of the run" if prop.form == "ctl" else "there"
         parts += _there(
             state, (read for each in _conditions(prop.formula) for read in sorted(reads(each))), where=where
@@ -127,13 +130,17 @@ def _property(broken: _Broken) -> str:
     return "; ".join(parts)
 
 
+def _named(formula: Formula) -> tuple[list[str], list[str]]:
+    """Return which requests a formula names: to see them launched, and to see in which state they are."""
+    happened = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
+    said = [each for condition in _conditions(formula) for each in condition_atoms(condition)]
+    return happened, [each.request for each in said if isinstance(each, Status)]
+
+
 def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]:
     """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
-    named = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
-    for condition in _conditions(formula):
-        statuses = [each.request for each in condition_atoms(condition) if isinstance(each, Status)]
-        named += [name for name in statuses if not state.active([name])]
-    wanted = list(dict.fromkeys(named))
+    launched, said = _named(formula)
+    wanted = list(dict.fromkeys([*launched, *(name for name in said if not state.active([name]))]))
     return _stuck(broken, state, wanted[0]) if len(wanted) == 1 else []
 
 
@@ -176,14 +183,20 @@ def _decide(rules: Sequence[str]) -> str:
 
 
 def _waiting(broken: _Broken) -> str:
-    """Return by what the request waits at the end of its run, and launch rules that require it again and again."""
+    """Return by what the request waits at the end of its run."""
     state, name = broken.end, broken.finding.subject
-    found = broken.obstacles.blocked(state, name) if state and state.places[name] else None
-    if state is None or found is None:
-        return broken.finding.message
+    told = _held_up(broken, state, name) if state is not None and state.places[name] else []
+    return "; ".join([broken.finding.message, *told])
+
+
+def _held_up(broken: _Broken, state: State, name: str) -> list[str]:
+    """Return by what a request waits in a state, and launch rules that require again what holds it up."""
+    found = broken.obstacles.blocked(state, name)
+    if found is None:
+        return []
     links = broken.obstacles.chain(state, found)
     told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
-    return "; ".join([broken.finding.message, *(_link(broken, there, each) for there, each in told)])
+    return [_link(broken, there, each) for there, each in told]
 
 
 def _deadlock(broken: _Broken) -> str:

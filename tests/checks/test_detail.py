@@ -58,6 +58,21 @@ def test_a_property_is_told_with_its_text_and_what_it_reads_at_the_end(engines: 
     assert said["l"] == "a run comes to where the premise is true, and from there on the conclusion never is"
 
 
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_of_a_lasso_it_is_told_by_what_its_requests_wait_and_what_asks_again(engines: Engines) -> None:
+    spec = (
+        "spec s; poster low: bool = true; module m { request a(); request halt(); } mutex still: m.a, m.halt by wait;"
+    )
+    spec += "launch brake: m.halt() when low;"
+    said = found(spec, "for s; property l: always (waiting(m.a) leads to launched(m.a));", engines)[
+        "property", "l"
+    ].message
+    assert said.split("; ")[1:] == [
+        "`m.a` waits by `still`, there active(m.halt)",
+        "launch rule `brake` requires `m.halt` there",
+    ]
+
+
 def test_what_waits_is_told_with_its_rule_and_who_holds_it() -> None:
     said = {key: each.message.partition("; ")[2] for key, each in found(SPEC).items()}
     by = "`a.give` waits by `a.give.partner` (the other hand), there not active(b.take)"
