@@ -1,12 +1,14 @@
 """The changes between two versions, each run answered anew by the reference interpreters of both."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 
 from exover.checks.finding import Finding
 from exover.diff.deeds import changes_of, done
 from exover.engines.aig.answer import Open
 from exover.engines.aig.comparison import UNLIMITED, Allowance, CommonRun, compare
 from exover.engines.aig.pair_concretize import Both
+from exover.loop.plain_runs import PlainRuns, plain_pair
 from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided
 from exover.model.event import Action
 from exover.model.property import Properties
@@ -37,7 +39,7 @@ def differences(
         match found:
             case CommonRun(events, shortest):
                 try:
-                    shown.append(Difference(change, replayed(versions, change, events), shortest))
+                    shown.append(Difference(change, _plainly(versions, properties, change, events), shortest))
                 except Disagreement:
                     if not late:
                         raise
@@ -47,6 +49,17 @@ def differences(
             case None:
                 pass
     return tuple(shown), tuple(undecided)
+
+
+def _plainly(
+    versions: Versions, properties: tuple[Properties, Properties], change: AnswerChange, events: Sequence[Both]
+) -> tuple[CommonStep, ...]:
+    """Return a run as both versions answer it, with plain numbers if it shows the change so, too."""
+    sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
+    given = replayed(versions, change, events)
+    with suppress(Disagreement):
+        return replayed(versions, change, [plain_pair(sides, both) for both in events])
+    return given
 
 
 def replayed(versions: Versions, change: AnswerChange, events: Iterable[Both]) -> tuple[CommonStep, ...]:

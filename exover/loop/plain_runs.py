@@ -46,6 +46,10 @@ class _Number:
         alike = (each for each in self._from(bound, up) if self.kind.low <= each <= self.kind.high)
         return next((each for each in alike if self._place(each) == place), value)
 
+    def alike(self, one: float, other: float) -> bool:
+        """Return whether two values are not told apart, and both are of the type."""
+        return self._place(one) == self._place(other) and self.kind.low <= other <= self.kind.high
+
     def _place(self, value: float) -> int:
         """Return how many cuts a value lies beyond."""
         return bisect_right(self.cuts, (value, 0))
@@ -97,29 +101,31 @@ class PlainRuns:
         return Moment(self._event(moment.event), tuple(map(self._action, moment.actions)))
 
     def _event(self, event: Event) -> Event:
+        return _filled(event, [_plain([each]) for each in self.given(event)])
+
+    def given(self, event: Event) -> "list[GivenValue]":
+        """Return the values that an event gives."""
         match event:
-            case Ask(name, args):
-                return replace(event, args=self._values(name, self.model.request[name].params, args))
-            case Report(name, results=results):
-                return replace(event, results=self._values(name, self.model.request[name].results, results))
+            case Ask(request, args):
+                return self._each(request, self.model.request[request].params, args)
+            case Report(request, results=results):
+                return self._each(request, self.model.request[request].results, results)
             case Observe(name, value, False):
-                return replace(event, value=self._value(None, name, value))
+                return [GivenValue(name, value, self._numbers.get((None, name)))]
             case _:
-                return event
+                return []
+
+    def _each(self, request: str, parameters: Sequence[Parameter], values: Sequence[Value]) -> "list[GivenValue]":
+        pairs = zip(parameters, values, strict=False)
+        return [GivenValue(each.name, value, self._numbers.get((request, each.name))) for each, value in pairs]
 
     def _action(self, action: Action) -> Action:
         match action:
             case Launched(name, args=args):
-                return replace(action, args=self._values(name, self.model.request[name].params, args))
+                given = self._each(name, self.model.request[name].params, args)
+                return replace(action, args=tuple(_plain([each]) for each in given))
             case _:
                 return action
-
-    def _values(self, request: str, parameters: Sequence[Parameter], values: Sequence[Value]) -> tuple[Value, ...]:
-        return tuple(self._value(request, each.name, value) for each, value in zip(parameters, values, strict=False))
-
-    def _value(self, request: str | None, name: str, value: Value) -> Value:
-        number = self._numbers.get((request, name))
-        return number.plain(value) if number is not None and not isinstance(value, str) else value
 
     @cached_property
     def _numbers(self) -> dict[Key, _Number]:
@@ -127,11 +133,11 @@ class PlainRuns:
         cuts, whole = self._compared
         return {
             key: _Number(kind, tuple(sorted(cuts.get(key, ()))), near)
-            for key, kind, near in self._given()
+            for key, kind, near in self._declared()
             if key not in whole
         }
 
-    def _given(self) -> Iterator[tuple[Key, Int | Real, float]]:
+    def _declared(self) -> Iterator[tuple[Key, Int | Real, float]]:
         """Yield the numbers that events give, with what each is to be near to."""
         for poster in self.model.variables:
             if isinstance(poster.type, Int | Real) and not isinstance(poster.initial, str):
@@ -158,6 +164,49 @@ class PlainRuns:
                         elif key is not None:
                             whole.add(key)
         return cuts, whole
+
+
+@dataclass(frozen=True, slots=True)
+class GivenValue:
+    """A value that an event gives, and what is told apart of it; None: its very value counts."""
+
+    name: str
+    value: Value
+    number: _Number | None
+
+
+def _plain(given: Sequence[GivenValue]) -> Value:
+    """Return the plain value of one that comes to versions at once, none of which tells it from the given one."""
+    value = given[0].value
+    numbers = [each.number for each in given if each.number is not None and each.value == value]
+    if isinstance(value, str) or len(numbers) < len(given) or len({type(each.kind) for each in numbers}) > 1:
+        return value
+    tried = (number.plain(value) for number in numbers)
+    return next((each for each in tried if all(number.alike(value, each) for number in numbers)), value)
+
+
+def _filled(event: Event, values: Sequence[Value]) -> Event:
+    """Return an event that gives these values instead of its own."""
+    match event:
+        case Ask():
+            return replace(event, args=tuple(values))
+        case Report():
+            return replace(event, results=tuple(values))
+        case Observe(broken=False):
+            return replace(event, value=values[0])
+        case _:
+            return event
+
+
+def plain_pair(sides: Sequence[PlainRuns], both: Sequence[Event | None]) -> tuple[Event | None, Event | None]:
+    """Return what comes to two versions at once with plain numbers, which neither tells from the given ones."""
+    given = [[] if event is None else side.given(event) for side, event in zip(sides, both, strict=True)]
+    named: dict[str, list[GivenValue]] = {}
+    for each in (each for found in given for each in found):
+        named.setdefault(each.name, []).append(each)
+    pairs = zip(both, given, strict=True)
+    old, new = (event and _filled(event, [_plain(named[each.name]) for each in found]) for event, found in pairs)
+    return old, new
 
 
 def _key(leaf: ModelTerm, subject: str | None, owner: str | None) -> Key | None:

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.changes import EDITS, edited
 from exover.diff.compare import differences
+from exover.model.event import Ask, Observe
 from exover.model.property import NO_PROPERTIES
 from exover.model.versions import Versions
 from exover.ocrd.compile import Compiled
@@ -50,3 +51,26 @@ def test_a_spec_is_the_same_as_itself(spec: str) -> None:
     both = (tables(spec), tables(spec))
     found = differences(Versions(both[0].model, both[1].model), both, (NO_PROPERTIES, NO_PROPERTIES), "", print)
     assert found == ((), ())
+
+
+def test_numbers_of_a_run_are_plain_for_both_versions() -> None:
+    """Each value is the nearest to the start, or to 0, that neither version tells from the one that was found."""
+    text = """spec s; poster wind: int in 0 .. 99 = 3; poster t: real in 0 .. 9 = 1;
+    module m { request a(x: int in -9 .. 9) { check wind < 45; check t < 2.5; check x > 4; } }"""
+    made = (
+        compiled(model_of(text)),
+        compiled(model_of(text.replace("45", "50").replace("2.5", "3").replace("> 4", "> 6"))),
+    )
+    versions = Versions(made[0].model, made[1].model)
+    shown, undecided = differences(versions, made, (NO_PROPERTIES, NO_PROPERTIES), "", print)
+    assert not undecided
+    found: dict[str, set[object]] = {"wind": {3}, "t": {1.0}, "x": set()}
+    for each in shown:
+        for step in each.steps:
+            match step.events[1]:
+                case Ask(_, (x,)):
+                    found["x"].add(x)
+                case Observe(name, value):
+                    found[name].add(value)
+    assert found["wind"] <= {3, 45} and found["t"] <= {1.0, 2.5} and found["x"] <= {0, 5, 7}
+    assert 45 in found["wind"] or 2.5 in found["t"]
