@@ -47,6 +47,7 @@ def detailed(
     reference = Reference(model)
     obstacles = Obstacles(reference, [each.formula for each in properties.assumptions], is_late)
     dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
+    unlaunched = frozenset(e.subject for e in findings if (e.check, e.verdict) == ("reachability", "violated"))
     looking = shadows(reference, findings) if dead and not is_late() else None
     for finding in findings:
         add = DETAILS.get(finding.check)
@@ -54,7 +55,7 @@ def detailed(
             yield finding
         else:
             near = looking if finding in dead and not is_late() else None
-            yield replace(finding, message=add(_Broken(reference, properties, finding, obstacles, near)))
+            yield replace(finding, message=add(_Broken(reference, properties, finding, obstacles, near, unlaunched)))
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,8 @@ class _Broken:
     obstacles: Obstacles
     near: Shadows | None
     """Looks for what decides first in steps near runs, if it is to be looked for."""
+    unlaunched: frozenset[str]
+    """Requests that no run launches, as far as that is found."""
 
     @property
     def model(self) -> Model:
@@ -127,6 +130,8 @@ def _property(broken: _Broken) -> str:
             parts += _launch_missed(broken, state, prop.formula)
     else:
         parts += map(str, _decided(broken.model, prop.formula))
+        names = dict.fromkeys(name for names in _named(prop.formula) for name in names if name in broken.unlaunched)
+        parts += [f"no run launches `{name}`: see reachability" for name in names]
     return "; ".join(parts)
 
 

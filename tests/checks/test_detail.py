@@ -160,6 +160,17 @@ def test_only_steps_that_are_assumed_mend_anything() -> None:
     assert said.endswith("; once all else is mended, `m.a()` is refused by `m.a.check.3`, there not past(m.b)")
 
 
+def test_a_property_that_no_run_shows_points_at_a_request_that_is_never_launched() -> None:
+    spec = "spec s; module m { state at: { here, there } = here; request a() { check at == there; } request b(); }"
+    findings = found(
+        spec, "for s; property p: possible running(m.a); property q: possible launched(m.a) and past(m.b);"
+    )
+    assert findings["property", "p"].message.endswith("; no run launches `m.a`: see reachability")
+    assert findings["property", "q"].message.endswith("; no run launches `m.a`: see reachability")
+    message = findings["reachability", "m.a"].message
+    assert message.startswith("no run launches the request; `m.at == there` is false whatever happens: m.at is here; ")
+
+
 def test_a_guard_that_ranges_decide_says_so() -> None:
     said = {key: each.message for key, each in found(SPEC).items()}
     assert said["rule-use", "m.lift.check.1"].endswith("; `wind < 99` is true whatever happens: wind lies in 0 .. 60")
