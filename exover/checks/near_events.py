@@ -89,16 +89,16 @@ def onward(reference: Reference, state: State, assumptions: Sequence[Formula] = 
         for _ in range(STEPS):
             event = _event(model, here, seen, random)
             after, actions = reference.step(here, event)
-            if all(_is_true(model, event, after, actions, each) for each in assumptions):
+            if all(is_true(model, event, after, actions, each) for each in assumptions):
                 here = after
                 yield here
 
 
-def _is_true(model: Model, event: Event, after: State, actions: Answers, formula: Formula) -> bool | None:
+def is_true(model: Model, event: Event, after: State, actions: Answers, formula: Formula) -> bool | None:
     """Return whether a formula of one moment is true after a step; None where actions do not tell."""
 
     def truth(part: Formula) -> bool | None:
-        return _is_true(model, event, after, actions, part)
+        return is_true(model, event, after, actions, part)
 
     match formula:
         case Atom(condition):

@@ -1,11 +1,17 @@
 """Does every wait come to an end, if reports come?"""
 
+from collections import deque
+
 from exover.checks.finding import Finding
+from exover.checks.near_events import is_true
 from exover.checks.question import Check, Context, Question, requests
 from exover.loop.claim import Claim
+from exover.model.event import Ask, Observe
 from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
+from exover.model.semantics import Reference
+from exover.model.trace import Moment, Trace, visited
 
 IFF = "under fair reports, every wait of it ends"
 HOLDS = "if every slot is reported again and again, every wait ends"
@@ -25,6 +31,23 @@ def decide(context: Context, question: Question) -> Finding:
     if trace is None:
         return question.holds(HOLDS)
     return question.violated(VIOLATED, trace)
+
+
+def observing(trace: Trace, reference: Reference, properties: Properties) -> Trace:
+    """Return a run on which a request starves with an observation of what is read already for its loop, if the loop is
+    one ask that changes nothing: the ask would read like a cause. Without a poster it is the same run.
+    """
+    model, start = reference.model, trace.loop_start
+    if start is None or start != len(trace.moments) - 1 or not isinstance(trace.moments[start].event, Ask):
+        return trace
+    state = deque(visited(reference, trace.events), maxlen=1).pop()
+    for variable in model.variables:
+        event = Observe(variable.name, state.readings[variable.name])
+        after, actions = reference.step(state, event)
+        assumed = (is_true(model, event, after, actions, each.formula) for each in properties.assumptions)
+        if variable.kind == "poster" and not actions and after.key() == state.key() and all(assumed):
+            return Trace((*trace.moments[:start], Moment(event, actions)), start)
+    return trace
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:

@@ -11,6 +11,8 @@ from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Say
+from exover.checks.starvation import CHECK as STARVATION
+from exover.checks.starvation import observing
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
@@ -147,7 +149,10 @@ class TaskRunner:
 
     def _timed(self, finding: Finding, started: float) -> Finding:
         """Return a finding, its trace of plain numbers and confirmed on the tables, with the seconds that it took."""
-        trace = finding.trace and self._plain.of(finding.trace, self._replay.reference)
+        reference = self._replay.reference
+        trace = finding.trace and self._plain.of(finding.trace, reference)
+        if trace and finding.check == STARVATION.name:
+            trace = observing(trace, reference, self.properties)
         if trace:
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)
