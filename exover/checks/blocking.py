@@ -68,8 +68,12 @@ class Obstacles:
         return self._lasting.get(key)
 
     def _found_lasting(self, begun: State, name: str) -> State | None:
-        alone, first = Counter[str](), dict[str, State]()
+        alone, first, seen = Counter[str](), dict[str, State](), set[object]()
         for state in onward(self.reference, begun, self.assumptions):
+            key = state.key()
+            if key in seen:
+                continue
+            seen.add(key)
             found = self.blocked(state, name)
             if found is not None and found.reason != BUSY and self._is_alone(state, found):
                 rule = found.reason.rule

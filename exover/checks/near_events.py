@@ -13,7 +13,7 @@ from exover.model.state import State
 from exover.model.trace import Answers
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
-WALKS, STEPS = 32, 12
+WALKS, STEPS = 12, 10
 """So many random runs go on from a state, so many steps each."""
 
 
