@@ -11,7 +11,7 @@ from dataclasses import field, replace
 from functools import partial
 
 from exover.checks.near_events import onward
-from exover.checks.shadowing import cut
+from exover.checks.shadowing import WithoutRules
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
@@ -43,9 +43,9 @@ class Obstacles:
     """Finds what keeps requests from launches. Only steps are looked at after which the assumptions are true."""
 
     reference: Reference
+    without: WithoutRules
     assumptions: Sequence[Formula]
     is_late: Callable[[], bool] = lambda: False
-    _without: dict[str, Reference] = field(default_factory=dict)
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
@@ -75,21 +75,15 @@ class Obstacles:
                 continue
             seen.add(key)
             found = self.blocked(state, name)
-            if found is not None and found.reason != BUSY and self._is_alone(state, found):
-                rule = found.reason.rule
+            if found is None or found.reason == BUSY:
+                continue
+            rule = found.reason.rule
+            if self.without.launches(state, name, found.args, rule):
                 alone[rule] += 1
                 first.setdefault(rule, state)
                 if alone[rule] >= ENOUGH:
                     break
         return first[alone.most_common(1)[0][0]] if alone else None
-
-    def _is_alone(self, state: State, found: Blocked) -> bool:
-        """Return whether a request would start but for one rule."""
-        rule = found.reason.rule
-        if rule not in self._without:
-            self._without[rule] = Reference(cut(self.reference.model, rule.__ne__))
-        other = self._without[rule]
-        return other.decide(state, other.model.request[found.request.name], found.args).reason is None
 
     def chain(self, state: State, first: Blocked) -> Iterator[tuple[State, Blocked | Launch]]:
         """Yield what keeps a request from a launch, then of what would mend that what cannot start either, those that

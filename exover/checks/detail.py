@@ -1,6 +1,5 @@
 """What the run of a finding, the model and the properties add to what its check says of every subject."""
 
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -10,7 +9,7 @@ from exover.checks.blocking import Blocked, Obstacles, reason_reads
 from exover.checks.finding import Finding
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
-from exover.checks.shadowing import RULES, Shadows, shadows
+from exover.checks.shadowing import RULES, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.evaluate import bind
@@ -23,7 +22,7 @@ from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import visited
+from exover.model.trace import end_of
 from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
@@ -45,10 +44,11 @@ def detailed(
     Nothing is looked for by runs of the reference interpreter once `is_late`.
     """
     reference = Reference(model)
-    obstacles = Obstacles(reference, [each.formula for each in properties.assumptions], is_late)
+    without = WithoutRules(model)
+    obstacles = Obstacles(reference, without, [each.formula for each in properties.assumptions], is_late)
     dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
     unlaunched = frozenset(e.subject for e in findings if (e.check, e.verdict) == ("reachability", "violated"))
-    looking = shadows(reference, findings) if dead and not is_late() else None
+    looking = shadows(reference, without, findings) if dead and not is_late() else None
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":
@@ -79,7 +79,7 @@ class _Broken:
     def end(self) -> State | None:
         """The state at the end of the run, if there is one."""
         trace = self.finding.trace
-        return None if trace is None else deque(visited(self.reference, trace.events), maxlen=1).pop()
+        return None if trace is None else end_of(self.reference, trace.events)
 
 
 def out_of_range(model: Model, properties: Properties) -> Iterator[str]:

@@ -8,14 +8,14 @@ is never launched, and is without one of the rules that decide where it is asked
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from random import Random
 
 from exover.checks.finding import Finding
 from exover.checks.near_events import arguments, observations
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
-from exover.model.event import Action, Ask, Event
+from exover.model.event import Action, Args, Ask, Event
 from exover.model.model import Model, Request
 from exover.model.reads import in_question
 from exover.model.semantics import Reference
@@ -27,25 +27,42 @@ RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
 
 
 @dataclass(frozen=True)
+class WithoutRules:
+    """Reference interpreters of a model without one of its rules, each made when it is first asked."""
+
+    model: Model
+    _made: dict[str, Reference] = field(default_factory=dict)
+
+    def __getitem__(self, rule: str) -> Reference:
+        """Return the interpreter of the model without the rules, guards, consumptions and launches of this name."""
+        if rule not in self._made:
+            self._made[rule] = Reference(_cut(self.model, rule.__ne__))
+        return self._made[rule]
+
+    def launches(self, state: State, name: str, args: Args, rule: str) -> bool:
+        """Return whether a request would start in a state but for the rule."""
+        other = self[rule]
+        return other.decide(state, other.model.request[name], args).verdict == "launch"
+
+
+@dataclass(frozen=True)
 class Shadows:
     """Looks for what decides before dead rules. `states`: some that runs come to."""
 
     reference: Reference
+    without: WithoutRules
     states: Sequence[State]
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return which rules decide where a rule or guard would, the one that was seen most often first."""
-        model, seen, without = self.reference.model, Counter[str](), dict[str, Reference]()
-        alone = Reference(cut(model, name.__eq__))
+        alone, seen = Reference(_cut(self.reference.model, name.__eq__)), Counter[str]()
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
         for state, event in self._steps(alone.model, requests):
             if name not in _rules(alone.step(state, event)[1]):
                 continue
             for other in _rules(self.reference.step(state, event)[1]):
-                if other not in without:
-                    without[other] = Reference(cut(model, other.__ne__))
-                seen[other] += name in _rules(without[other].step(state, event)[1])
+                seen[other] += name in _rules(self.without[other].step(state, event)[1])
             if seen.total() >= ENOUGH:
                 break
         return tuple(rule for rule, count in seen.most_common() if count)
@@ -55,16 +72,14 @@ class Shadows:
         that now and then stand alone in the way of a launch.
         """
         model, seen, alone = self.reference.model, Counter[str](), Counter[str]()
-        request, without = model.request[name], dict[str, Reference]()
+        request = model.request[name]
         for state, event in self._steps(model, [request]):
             if isinstance(event, Ask):
                 reason = self.reference.decide(state, request, event.args).reason
                 if reason is not None and reason != BUSY:
                     seen[reason.rule] += 1
-                    other = without.setdefault(reason.rule, Reference(cut(model, reason.rule.__ne__)))
                     if alone[reason.rule] < ENOUGH:
-                        decision = other.decide(state, other.model.request[name], event.args)
-                        alone[reason.rule] += decision.verdict == "launch"
+                        alone[reason.rule] += self.without.launches(state, name, event.args, reason.rule)
         rules = tuple(rule for rule, _ in seen.most_common())
         return rules, tuple(rule for rule in rules if alone[rule])
 
@@ -82,14 +97,14 @@ class Shadows:
                         yield there, Ask(request.name, args)
 
 
-def shadows(reference: Reference, findings: Iterable[Finding]) -> Shadows:
+def shadows(reference: Reference, without: WithoutRules, findings: Iterable[Finding]) -> Shadows:
     """Return what looks where the runs of findings come by."""
     found: dict[object, State] = {}
     for finding in findings:
         for state in visited(reference, finding.trace.events if finding.trace else ()):
             found.setdefault(state.key(), state)
     states = list(found.values())
-    return Shadows(reference, states[:: -(-len(states) // STATES)])
+    return Shadows(reference, without, states[:: -(-len(states) // STATES)])
 
 
 def _rules(actions: Sequence[Action]) -> set[str]:
@@ -97,7 +112,7 @@ def _rules(actions: Sequence[Action]) -> set[str]:
     return {rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)}
 
 
-def cut(model: Model, keep: Callable[[str], bool]) -> Model:
+def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
     """Return the model with those rules, guards, consumptions and launches alone whose names are to be kept.
 
     A request that no rule of its own interrupts any more is refused while it is active, as others are.

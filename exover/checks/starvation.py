@@ -1,7 +1,5 @@
 """Does every wait come to an end, if reports come?"""
 
-from collections import deque
-
 from exover.checks.finding import Finding
 from exover.checks.near_events import is_true
 from exover.checks.question import Check, Context, Question, requests
@@ -11,7 +9,7 @@ from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
 from exover.model.semantics import Reference
-from exover.model.trace import Moment, Trace, visited
+from exover.model.trace import Moment, Trace, end_of
 
 IFF = "under fair reports, every wait of it ends"
 HOLDS = "if every slot is reported again and again, every wait ends"
@@ -40,12 +38,12 @@ def observing(trace: Trace, reference: Reference, properties: Properties) -> Tra
     model, start = reference.model, trace.loop_start
     if start is None or start != len(trace.moments) - 1 or not isinstance(trace.moments[start].event, Ask):
         return trace
-    state = deque(visited(reference, trace.events), maxlen=1).pop()
-    for variable in model.variables:
+    state = end_of(reference, trace.events)
+    for variable in (each for each in model.variables if each.kind == "poster"):
         event = Observe(variable.name, state.readings[variable.name])
         after, actions = reference.step(state, event)
         assumed = (is_true(model, event, after, actions, each.formula) for each in properties.assumptions)
-        if variable.kind == "poster" and not actions and after.key() == state.key() and all(assumed):
+        if not actions and after.key() == state.key() and all(assumed):
             return Trace((*trace.moments[:start], Moment(event, actions)), start)
     return trace
 

@@ -1,5 +1,6 @@
 """Concrete runs: what happened step by step, and whether it happens again on an engine."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 
 from exover.dataclass import dataclass
@@ -47,6 +48,11 @@ def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None 
     if loop_start is not None and (loop_start >= len(moments) or states[loop_start].key() != states[-1].key()):
         raise ValueError(f"the run does not return to where it was after {loop_start} steps")
     return Trace(tuple(moments), loop_start)
+
+
+def end_of(reference: Reference, events: Iterable[Event]) -> State:
+    """Return the state to which a run leads on the reference interpreter."""
+    return deque(visited(reference, events), maxlen=1).pop()
 
 
 def visited(reference: Reference, events: Iterable[Event]) -> Iterator[State]:

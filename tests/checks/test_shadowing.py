@@ -6,7 +6,7 @@ import pytest
 
 from exover.checks.detail import detailed
 from exover.checks.run import check_all
-from exover.checks.shadowing import Shadows
+from exover.checks.shadowing import Shadows, WithoutRules
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
@@ -70,7 +70,7 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     names = [rule.name for rule in model.rules] + [g.name for request in model.requests for g in request.guards]
     names += [resource.name for resource in model.resources] + [launch.name for launch in model.launches]
     reference = Reference(model)
-    looking = Shadows(reference, [reference.start()])
+    looking = Shadows(reference, WithoutRules(model), [reference.start()])
     for name in dict.fromkeys(names):
         assert name not in looking.of(name)
     for request in model.requests:
