@@ -33,13 +33,14 @@ def differences(
     then, for it was not seen that its passes are enough.
     """
     shown, undecided = [], []
+    sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
     answers = compare(versions, compiled, properties, abc, progress, time)
     late = any(isinstance(found, Open) and found.reason == time.reason for found in answers.values())
     for change, found in answers.items():
         match found:
             case CommonRun(events, shortest):
                 try:
-                    shown.append(Difference(change, _plainly(versions, properties, change, events), shortest))
+                    shown.append(Difference(change, _plainly(versions, sides, change, events), shortest))
                 except Disagreement:
                     if not late:
                         raise
@@ -52,10 +53,9 @@ def differences(
 
 
 def _plainly(
-    versions: Versions, properties: tuple[Properties, Properties], change: AnswerChange, events: Sequence[Both]
+    versions: Versions, sides: tuple[PlainRuns, PlainRuns], change: AnswerChange, events: Sequence[Both]
 ) -> tuple[CommonStep, ...]:
     """Return a run as both versions answer it, with plain numbers if it shows the change so, too."""
-    sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
     given = replayed(versions, change, events)
     with suppress(Disagreement):
         return replayed(versions, change, [plain_pair(sides, both) for both in events])
