@@ -22,7 +22,7 @@ from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import end_of
+from exover.model.trace import end_of, visited
 from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
@@ -80,6 +80,14 @@ class _Broken:
         """The state at the end of the run, if there is one."""
         trace = self.finding.trace
         return None if trace is None else end_of(self.reference, trace.events)
+
+    @cached_property
+    def loop(self) -> Sequence[State]:
+        """The states after the moments that a lasso repeats; none of another run."""
+        trace = self.finding.trace
+        if trace is None or trace.loop_start is None:
+            return ()
+        return tuple(islice(visited(self.reference, trace.events), trace.loop_start + 1, None))
 
 
 def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
@@ -195,13 +203,27 @@ def _waiting(broken: _Broken) -> str:
 
 
 def _held_up(broken: _Broken, state: State, name: str) -> list[str]:
-    """Return by what a request waits in a state, and launch rules that require again what holds it up."""
+    """Return by what a request waits in a state, and launch rules that require again what holds it up; at the end of a
+    lasso also what else holds it up in the loop.
+    """
     found = broken.obstacles.blocked(state, name)
     if found is None:
         return []
     links = broken.obstacles.chain(state, found)
     told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
-    return [_link(broken, there, each) for there, each in told]
+    return [_link(broken, there, each) for there, each in told] + _elsewhere(broken, found)
+
+
+def _elsewhere(broken: _Broken, last: Blocked) -> list[str]:
+    """Return by what else a request waits in the loop of a lasso than at its end, as one part of a sentence."""
+    others: dict[str, str] = {}
+    for state in broken.loop:
+        found = broken.obstacles.blocked(state, last.request.name)
+        if found is not None and found.waits and found.reason.rule not in (last.reason.rule, *others):
+            others[found.reason.rule] = _reason(broken.model, state, found)
+    told = list(others.values())
+    more = [f"{len(told) - SHADOWS} more"] if len(told) > SHADOWS else []
+    return [f"earlier in the loop by {'; by '.join([*told[:SHADOWS], *more])}"] if told else []
 
 
 def _deadlock(broken: _Broken) -> str:

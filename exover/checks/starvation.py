@@ -54,4 +54,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
 
 
-CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED, observing)

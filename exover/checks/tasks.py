@@ -11,8 +11,6 @@ from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Say
-from exover.checks.starvation import CHECK as STARVATION
-from exover.checks.starvation import observing
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
@@ -117,9 +115,9 @@ class TaskRunner:
 
         def answer(index: int, opinion: Opinion) -> None:
             nonlocal started
-            _, question = self.place(numbers[index])
-            found = finding_of(opinion, judge.name, *self.questions[question])
-            say(numbers[index], self._timed(found, started))
+            check, question = self.questions[self.place(numbers[index])[1]]
+            found = finding_of(opinion, judge.name, check, question)
+            say(numbers[index], self._timed(check, found, started))
             started = perf_counter()
 
         judge.judge_all([self._claim(self.place(number)[1]) for number in numbers], answer)
@@ -135,7 +133,8 @@ class TaskRunner:
         check, question = self.questions[number]
         progress(f"{question.check} {question.subject}")
         started = perf_counter()
-        return self._timed(finding_of(judge.judge(self._claim(number)), judge.name, check, question), started)
+        found = finding_of(judge.judge(self._claim(number)), judge.name, check, question)
+        return self._timed(check, found, started)
 
     def _decided(self, number: int, progress: Progress) -> Finding:
         """Return what decision diagrams say of a question; `unknown` if they cannot express it."""
@@ -143,17 +142,16 @@ class TaskRunner:
         progress(f"{question.check} {question.subject}")
         started = perf_counter()
         try:
-            return self._timed(check.decide(self.context(progress), question), started)
+            return self._timed(check, check.decide(self.context(progress), question), started)
         except (TooLarge, SpuriousRun) as reason:
-            return self._timed(question.unknown(str(reason)), started)
+            return self._timed(check, question.unknown(str(reason)), started)
 
-    def _timed(self, finding: Finding, started: float) -> Finding:
+    def _timed(self, check: Check, finding: Finding, started: float) -> Finding:
         """Return a finding, its trace of plain numbers and confirmed on the tables, with the seconds that it took."""
         reference = self._replay.reference
-        trace = finding.trace and self._plain.of(finding.trace, reference)
-        if trace and finding.check == STARVATION.name:
-            trace = observing(trace, reference, self.properties)
+        trace = finding.trace
         if trace:
+            trace = check.readable(self._plain.of(trace, reference), reference, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)
 

@@ -73,6 +73,17 @@ def test_of_a_lasso_it_is_told_by_what_its_requests_wait_and_what_asks_again(eng
     ]
 
 
+def test_of_a_lasso_it_is_told_by_what_its_request_waits_in_turn() -> None:
+    spec = "spec s; module m { request a(); request b(); request c(); }"
+    spec += "mutex first: m.a, m.b by wait; mutex second: m.a, m.c by wait;"
+    _, by, earlier = found(spec)["starvation", "m.a"].message.split("; ")
+    first, second = "by `first`, there active(m.b)", "by `second`, there active(m.c)"
+    assert (by, earlier) in (
+        (f"`m.a` waits {first}", f"earlier in the loop {second}"),
+        (f"`m.a` waits {second}", f"earlier in the loop {first}"),
+    )
+
+
 def test_what_waits_is_told_with_its_rule_and_who_holds_it() -> None:
     said = {key: each.message.partition("; ")[2] for key, each in found(SPEC).items()}
     by = "`a.give` waits by `a.give.partner` (the other hand), there not active(b.take)"
