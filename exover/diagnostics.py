@@ -3,7 +3,7 @@
 Nothing here prints. Wording: lower case, no full stop, the user's own text in backticks, advice apart in ``help``.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher, get_close_matches
 from typing import Literal
@@ -114,6 +114,8 @@ CODES: dict[str, str] = {
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 
+MAX_REPORTS = 50
+"""Mistakes that are shown of one text."""
 LINE_WIDTH = 120
 """Characters of a source line that are shown; a longer line is cut around the span."""
 QUOTE_WIDTH = 60
@@ -139,6 +141,16 @@ class Diagnostic:
     def advice(self) -> str:
         """What to do next: the help, or else what the page of the code says."""
         return self.help or mend(self.code)
+
+
+def capped(reports: Sequence[Diagnostic], gave_up: bool = False) -> tuple[Diagnostic, ...]:
+    """Return the first MAX_REPORTS of these, and one more that says how many there are beyond, if it is all of them."""
+    rest = len(reports) - MAX_REPORTS
+    if rest <= 0:
+        return tuple(reports)
+    count = f"at least {rest}" if gave_up else str(rest)
+    more = Diagnostic("E199", f"{count} more mistake{'s' if rest > 1 else ''} not shown", reports[MAX_REPORTS].span)
+    return (*reports[:MAX_REPORTS], more)
 
 
 def render(diagnostic: Diagnostic, source: Source) -> str:

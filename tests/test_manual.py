@@ -52,6 +52,7 @@ def test_every_check_and_every_code_has_its_page() -> None:
     assert list(pages()) == [*SEVERITIES, *CODES]
     for name, found in pages().items():
         assert found.mend and not found.mend.endswith("."), name
+        assert found.text.partition(found.mend)[2].partition("\n\n")[0] in (".", ""), name
         assert found.title == CODES.get(name, "")
         assert bool(found.iff) == (name in SEVERITIES)
     assert {name for name in pages() if not examples(name)} == WITHOUT_EXAMPLE

@@ -7,22 +7,23 @@ from itertools import islice, takewhile
 
 from exover.checks.blocking import Blocked, Obstacles, reason_reads
 from exover.checks.finding import Finding
+from exover.checks.near_events import is_true
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
-from exover.checks.shadowing import RULES, Shadows, WithoutRules, shadows
+from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.evaluate import bind
-from exover.model.event import Args
+from exover.model.event import Args, Event
 from exover.model.expression import Cond, Param, Status, operands
 from exover.model.expression import atoms as condition_atoms
 from exover.model.model import Launch, Model, Request
-from exover.model.property import Atom, Formula, Happened, Properties, atoms
+from exover.model.property import Assumption, Atom, Formula, Happened, Properties, Property, SomeAlways, atoms, parts_of
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import end_of, visited
+from exover.model.trace import Answers, Trace, end_of, visited
 from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
@@ -32,6 +33,8 @@ LINKS = 4
 """So many causes of causes are told."""
 SHADOWS = 3
 """So many rules are named that decide before another."""
+GIVEN_UP, NEVER_COMES = "a run gives up the first before the second", "a run never comes to the second"
+"""The two ways in which an `until` is violated."""
 SEARCHED = ("rule-use", "reachability")
 """Checks whose causes are looked for in steps near the runs of other findings."""
 
@@ -48,7 +51,7 @@ def detailed(
     obstacles = Obstacles(reference, without, [each.formula for each in properties.assumptions], is_late)
     dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
     unlaunched = frozenset(e.subject for e in findings if (e.check, e.verdict) == ("reachability", "violated"))
-    looking = shadows(reference, without, findings) if dead and not is_late() else None
+    looking = shadows(reference, without, properties.assumptions, findings) if dead and not is_late() else None
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":
@@ -123,8 +126,12 @@ def _property(broken: _Broken) -> str:
     if CONTRADICTORY in finding.message:
         return finding.message
     prop = named(broken.properties, finding.subject)
-    message = finding.message.replace(VIOLATED, BROKEN[prop.form], 1)
+    how, message = _how_broken(prop, finding.trace), finding.message
+    for said in (VIOLATED, BROKEN[prop.form]):
+        message = message.replace(said, how, 1)
     parts = [f'"{prop.text}": {message}' if prop.text else message]
+    if prop.form == "leads to":
+        parts += _owed(broken, prop)
     state = broken.end
     if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
         names = dict.fromkeys(name for names in _named(prop.formula) for name in names if state.places[name])
@@ -141,6 +148,39 @@ def _property(broken: _Broken) -> str:
         names = dict.fromkeys(name for names in _named(prop.formula) for name in names if name in broken.unlaunched)
         parts += [f"no run launches `{name}`: see reachability" for name in names]
     return "; ".join(parts)
+
+
+def _how_broken(prop: Property, trace: Trace | None) -> str:
+    """Return what it means that a property is violated, as a run shows it."""
+    if prop.form == "until" and trace is not None:
+        return GIVEN_UP if trace.loop_start is None else NEVER_COMES
+    return BROKEN[prop.form]
+
+
+def _owed(broken: _Broken, prop: Property) -> list[str]:
+    """Return, as one part of a sentence, from which step of a lasso on the conclusion is owed, if actions tell."""
+    trace, premise = broken.finding.trace, prop.premise
+    missed = next((each.part for each in _subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
+    if trace is None or premise is None or missed is None:
+        return []
+    moments: list[tuple[Event | None, Answers]] = [(None, ()), *((each.event, each.actions) for each in trace.moments)]
+    owed: int | None = None
+    for number, ((event, actions), state) in enumerate(
+        zip(moments, visited(broken.reference, trace.events), strict=True)
+    ):
+        if not is_true(broken.model, event, state, actions, missed):
+            owed = None
+        elif owed is None and is_true(broken.model, event, state, actions, premise):
+            owed = number
+    if owed is None:
+        return []
+    return [f"the premise is true {f'after step {owed}' if owed else 'at the start'}"]
+
+
+def _subformulas(formula: Formula) -> Iterator[Formula]:
+    yield formula
+    for part in parts_of(formula):
+        yield from _subformulas(part)
 
 
 def _named(formula: Formula) -> tuple[list[str], list[str]]:
@@ -168,25 +208,34 @@ def _rule_use(broken: _Broken) -> str:
     for launch in model.launches:
         if launch.name == name:
             found += decided(model, launch.condition)
+    shadowing = broken.near.of(name) if broken.near else Shadowing()
+    if shadowing.assumption and not found:
+        return f"it never acts, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
     parts = [broken.finding.message, *map(str, dict.fromkeys(found))]
-    shadowing = broken.near.of(name) if broken.near else ()
-    if shadowing:
-        parts.append(f"where it would, {_decide(shadowing)}")
+    if shadowing.rules:
+        parts.append(f"where it would, {_decide(shadowing.rules)}")
     return "; ".join(parts)
 
 
 def _reachability(broken: _Broken) -> str:
     """Return what decides where it is asked."""
-    deciding, alone = broken.near.before_launch(broken.finding.subject) if broken.near else ((), ())
+    shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
     request = broken.model.request[broken.finding.subject]
     found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
     parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
-    if deciding:
-        parts.append(f"where it is asked, {_decide(deciding)}")
-    if alone:
-        without = " or without ".join(f"`{each}`" for each in alone[:SHADOWS])
+    if shadowing.rules:
+        parts.append(f"where it is asked, {_decide(shadowing.rules)}")
+    if shadowing.alone:
+        without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
         parts.append(f"without {without} it would be launched there")
+    elif shadowing.assumption:
+        parts.append(f"it would be launched only in steps that {_assumed(shadowing.assumption)} forbids")
     return "; ".join(parts)
+
+
+def _assumed(assumption: Assumption) -> str:
+    """Return which assumption it is."""
+    return f"the assumption at {assumption.location.file}:{assumption.location.line}:{assumption.location.column}"
 
 
 def _decide(rules: Sequence[str]) -> str:
@@ -316,7 +365,8 @@ def _there(state: State, read: Iterable[Read], given: Sequence[str] = (), where:
 def _text(state: State, read: Read) -> str:
     match read.kind:
         case "active":
-            return f"active({read.name})" if state.active([read.name]) else f"not active({read.name})"
+            phases = {slot.phase for slot in state.slots[read.name] if slot}
+            return f"{'stopping' if phases == {'stopping'} else 'active' if phases else 'not active'}({read.name})"
         case "waiting":
             return f"waiting({read.name})" if state.places[read.name] else f"not waiting({read.name})"
         case "past":

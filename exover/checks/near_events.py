@@ -94,8 +94,11 @@ def onward(reference: Reference, state: State, assumptions: Sequence[Formula] = 
                 yield here
 
 
-def is_true(model: Model, event: Event, after: State, actions: Answers, formula: Formula) -> bool | None:
-    """Return whether a formula of one moment is true after a step; None where actions do not tell."""
+def is_true(model: Model, event: Event | None, after: State, actions: Answers, formula: Formula) -> bool | None:
+    """Return whether a formula of one moment is true after a step; None where actions do not tell.
+
+    At the start there is no event.
+    """
 
     def truth(part: Formula) -> bool | None:
         return is_true(model, event, after, actions, part)

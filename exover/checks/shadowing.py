@@ -3,7 +3,8 @@
 That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
 not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
-is never launched, and is without one of the rules that decide where it is asked.
+is never launched, and is without one of the rules that decide where it is asked. If it would act only in steps that an
+assumption forbids, that is the cause.
 """
 
 from collections import Counter
@@ -12,15 +13,16 @@ from dataclasses import field, replace
 from random import Random
 
 from exover.checks.finding import Finding
-from exover.checks.near_events import arguments, observations
+from exover.checks.near_events import arguments, is_true, observations
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
 from exover.model.event import Action, Args, Ask, Event
 from exover.model.model import Model, Request
+from exover.model.property import Assumption
 from exover.model.reads import in_question
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import visited
+from exover.model.trace import Answers, visited
 
 RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
 """So many dead rules are looked into, from so many states, with so many asks of every request, until enough is seen."""
@@ -52,59 +54,106 @@ class Shadows:
     reference: Reference
     without: WithoutRules
     states: Sequence[State]
+    assumptions: Sequence[Assumption]
 
-    def of(self, name: str) -> tuple[str, ...]:
-        """Return which rules decide where a rule or guard would, the one that was seen most often first."""
+    def of(self, name: str) -> "Shadowing":
+        """Return which rules decide where a rule or guard would, the one that was seen most often first; if there are
+        none, the assumption that forbids what it would decide.
+        """
         alone, seen = Reference(_cut(self.reference.model, name.__eq__)), Counter[str]()
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
-        for state, event in self._steps(alone.model, requests):
-            if name not in _rules(alone.step(state, event)[1]):
+        forbids = Counter[Assumption]()
+        for step in self._steps(alone.model, requests):
+            if name not in _rules(alone.step(step.state, step.event)[1]):
                 continue
-            for other in _rules(self.reference.step(state, event)[1]):
-                seen[other] += name in _rules(self.without[other].step(state, event)[1])
+            forbids.update(step.forbids)
+            for other in _rules(step.actions) if not step.forbids else ():
+                seen[other] += name in _rules(self.without[other].step(step.state, step.event)[1])
             if seen.total() >= ENOUGH:
                 break
-        return tuple(rule for rule, count in seen.most_common() if count)
+        rules = tuple(rule for rule, count in seen.most_common() if count)
+        return Shadowing(rules, (), None if rules else _most(forbids))
 
-    def before_launch(self, name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    def before_launch(self, name: str) -> "Shadowing":
         """Return which rules decide where a request is asked, the one that does so most often first, and those of them
-        that now and then stand alone in the way of a launch.
+        that now and then stand alone in the way of a launch; if none does, the assumption that forbids a launch.
         """
         model, seen, alone = self.reference.model, Counter[str](), Counter[str]()
-        request = model.request[name]
-        for state, event in self._steps(model, [request]):
-            if isinstance(event, Ask):
-                reason = self.reference.decide(state, request, event.args).reason
-                if reason is not None and reason != BUSY:
-                    seen[reason.rule] += 1
-                    if alone[reason.rule] < ENOUGH:
-                        alone[reason.rule] += self.without.launches(state, name, event.args, reason.rule)
+        request, forbids = model.request[name], Counter[Assumption]()
+        for step in self._steps(model, [request]):
+            if not isinstance(step.event, Ask):
+                continue
+            reason = self.reference.decide(step.state, request, step.event.args).reason
+            if reason is None:
+                forbids.update(step.forbids)
+            elif reason != BUSY and not step.forbids:
+                seen[reason.rule] += 1
+                if alone[reason.rule] < ENOUGH:
+                    alone[reason.rule] += self.without.launches(step.state, name, step.event.args, reason.rule)
         rules = tuple(rule for rule, _ in seen.most_common())
-        return rules, tuple(rule for rule in rules if alone[rule])
+        lone = tuple(rule for rule in rules if alone[rule])
+        return Shadowing(rules, lone, None if lone else _most(forbids))
 
-    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator[tuple[State, Event]]:
+    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["_Tried"]:
         """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
         random = Random(0)
         seen = list(observations(only))
         for state in self.states:
             for observation in (None, *seen):
-                there = state if observation is None else self.reference.step(state, observation)[0]
+                there = state
                 if observation is not None:
-                    yield state, observation
+                    tried = self._tried(state, observation)
+                    yield tried
+                    if tried.forbids:
+                        continue
+                    there = tried.after
                 for request in requests:
                     for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
-                        yield there, Ask(request.name, args)
+                        yield self._tried(there, Ask(request.name, args))
+
+    def _tried(self, state: State, event: Event) -> "_Tried":
+        after, actions = self.reference.step(state, event)
+        model = self.reference.model
+        forbids = [each for each in self.assumptions if is_true(model, event, after, actions, each.formula) is False]
+        return _Tried(state, event, after, actions, tuple(forbids))
 
 
-def shadows(reference: Reference, without: WithoutRules, findings: Iterable[Finding]) -> Shadows:
+@dataclass(frozen=True, slots=True)
+class _Tried:
+    """A step, and the assumptions that it breaks."""
+
+    state: State
+    event: Event
+    after: State
+    actions: Answers
+    forbids: tuple[Assumption, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Shadowing:
+    """Which rules decide first, which of them stand alone in the way, and the assumption that forbids all else."""
+
+    rules: tuple[str, ...] = ()
+    alone: tuple[str, ...] = ()
+    assumption: Assumption | None = None
+
+
+def _most(counted: Counter[Assumption]) -> Assumption | None:
+    """Return what was counted most often, if anything was."""
+    return next((each for each, _ in counted.most_common(1)), None)
+
+
+def shadows(
+    reference: Reference, without: WithoutRules, assumptions: Sequence[Assumption], findings: Iterable[Finding]
+) -> Shadows:
     """Return what looks where the runs of findings come by."""
     found: dict[object, State] = {}
     for finding in findings:
         for state in visited(reference, finding.trace.events if finding.trace else ()):
             found.setdefault(state.key(), state)
     states = list(found.values())
-    return Shadows(reference, without, states[:: -(-len(states) // STATES)])
+    return Shadows(reference, without, states[:: -(-len(states) // STATES)], assumptions)
 
 
 def _rules(actions: Sequence[Action]) -> set[str]:

@@ -12,7 +12,7 @@ from typing import BinaryIO, TypeVar
 
 from exover.cli.status import CliError
 from exover.cli.streams import complain
-from exover.diagnostics import Diagnostic, render, render_all
+from exover.diagnostics import Diagnostic, render_all
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -113,12 +113,16 @@ def read_bytes(path: str, most: int) -> bytes:
     `CliError` is raised if it cannot be read.
     """
     try:
-        if path == "-":
-            return standard_input().read(most)
-        with open(path, "rb") as file:
-            return file.read(most)
+        return _content(path, most)
     except OSError as error:
         raise CliError(f"cannot read {shown(path)}: {error.strerror}") from error
+
+
+def _content(path: str, most: int) -> bytes:
+    if path == "-":
+        return standard_input().read(most)
+    with open(path, "rb") as file:
+        return file.read(most)
 
 
 def standard_input() -> BinaryIO:
@@ -130,14 +134,25 @@ def standard_input() -> BinaryIO:
 
 def read_source(path: str) -> Source:
     """Return the text of a spec or properties file; what is wrong goes to standard error, and `CliError` is raised."""
-    return source_of(shown(path), read_bytes(path, MAX_BYTES + 1))
+    return source_of(shown(path), read_language(path))
+
+
+def read_language(path: str) -> bytes:
+    """Return what a file of the language or a configuration holds; as `read_source`."""
+    name = shown(path)
+    try:
+        return _content(path, MAX_BYTES + 1)
+    except OSError as error:
+        unread = Diagnostic("E001", f"the file cannot be read: {error.strerror}", None)
+        complain(render_all([unread], Source(name, "")))
+        raise CliError(f"cannot read {name}: {error.strerror}") from error
 
 
 def source_of(name: str, content: bytes) -> Source:
     """Return the text that a file of this name holds; what is wrong goes to standard error, `CliError` is raised."""
     source = decode(name, content)
     if isinstance(source, Diagnostic):
-        complain(render(source, Source(name, "")))
+        complain(render_all([source], Source(name, "")))
         raise CliError(f"cannot read {name}")
     return source
 

@@ -7,13 +7,11 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
-from exover.cli.files import read_bytes, read_text, write_all
+from exover.cli.files import read_language, shown, source_of, write_all
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
-from exover.diagnostics import Diagnostic, render, render_all
+from exover.diagnostics import render_all
 from exover.emit.artefact import Artefact
-from exover.source import Source
-from exover.syntax.decode import MAX_BYTES, decode
 from exover.syntax.layout import formatted
 
 Result = Literal["reformatted", "would be reformatted", "left unchanged"]
@@ -55,8 +53,8 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
 
 def _format(path: str, check: bool) -> Result:
     """Format a file, or print standard input formatted; with `check` neither. Raise `CliError` if it is wrong."""
-    given = read_text("-").encode("utf-8") if path == "-" else read_bytes(path, MAX_BYTES + 1)
-    content = _formatted("standard input" if path == "-" else path, given)
+    given = read_language(path)
+    content = _formatted(path, given)
     if path == "-" and not check:
         out(content.decode("utf-8"))
     if content == given:
@@ -68,16 +66,14 @@ def _format(path: str, check: bool) -> Result:
     return "reformatted"
 
 
-def _formatted(name: str, given: bytes) -> bytes:
+def _formatted(path: str, given: bytes) -> bytes:
     """Return a text in the canonical layout; what is wrong with it goes to standard error, and `CliError` is raised."""
-    source = decode(name, given)
-    if isinstance(source, Diagnostic):
-        complain(render(source, Source(name, "")))
-        raise CliError(f"cannot read {name}")
+    source = source_of(shown(path), given)
     text, mistakes = formatted(source)
     if text is None:
         complain(render_all(mistakes, source))
-        raise CliError(f"{name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'} and is left as it is")
+        left = "" if path == "-" else " and is left as it is"
+        raise CliError(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}{left}")
     return text.encode("utf-8")
 
 

@@ -58,9 +58,9 @@ class Facts:
                 assert_never(cond)
 
     def active(self, slot: SlotId) -> Fact:
-        """Return the fact that this slot is active."""
-        name, _ = slot
-        return Fact(f"active({name})", True, f"{self._slot(slot)} {self._phase(slot)}")
+        """Return the fact that this slot is active, or that it is not."""
+        name, index = slot
+        return Fact(f"active({name})", bool(self.state.slots[name][index]), f"{self._slot(slot)} {self._phase(slot)}")
 
     def _read(self, atom: Compare | Status | Past | Last, scope: Scope) -> str:
         match atom:

@@ -235,9 +235,11 @@ class RuleVerdicts:
         facts = Facts(self.reference.model, state, scene.imagined)
         scope, slot = NOTHING, instance.slot
         content = state.slots[slot[0]][slot[1]] if slot else None
+        if slot and not content:  # of who is idle a rule is not true, and has no arguments
+            return self._verdict(instance.rule, demand, moment, (facts.active(slot),), attempts)
         if slot and content:
             scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
-        own = (facts.active(slot),) if slot and content and demand != "nothing" else ()
+        own = (facts.active(slot),) if slot and demand != "nothing" else ()
         return self._verdict(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
 
     def _verdict(

@@ -25,6 +25,7 @@ from exover.model.index import ModelIndex
 from exover.model.model import Kill, KillSlot, Model, Parameter, Request, Wait
 from exover.model.reads import in_question
 from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.wording import value_text
 from exover.source import Source
 from exover.toml import KeyPath, read_toml
 
@@ -316,7 +317,7 @@ class _Reader:
         read = {each.poster for each in posters} | set(self._content.get("poster", {}))
         for _, variable in ModelIndex(self._model).posters:
             if variable.name not in read:
-                message = f"nothing reads {quote(variable.name)}: it stays {variable.initial}"
+                message = f"nothing reads {quote(variable.name)}: it stays {value_text(variable.initial)}"
                 self._mistakes.say("E708", message, ("poster",), f'write [poster."{variable.name}"]', "warning")
 
 

@@ -205,7 +205,7 @@ class SourceNames:
     """Names of the spec that are gone from the rest of the model, for texts about it (properties) to use.
 
     A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types;
-    `enums`: the values of those that have a name.
+    `enums`: the values of those that have a name; `modules`: all, those without requests included.
     """
 
     consts: dict[str, Value] = field(default_factory=dict)
@@ -213,6 +213,7 @@ class SourceNames:
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     enum_values: frozenset[str] = frozenset()
     enums: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    modules: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

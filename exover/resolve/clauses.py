@@ -104,7 +104,7 @@ def _before(draft: Draft, owner: Signature, clause: tree.Before) -> None:
 
 def _order(draft: Draft, guarded: str, name: str, past: Past, clause: tree.After | tree.Before, span: Span) -> None:
     """Add the check of `guarded` that something is past."""
-    draft.claim(name, span)
+    draft.claim(name, span, labelled=False)
     guard = Guard("check", name, past, clause.because, draft.place(), draft.where(clause.span))
     if draft.has_room(1, clause.span):
         draft.parts[guarded].guards.append(guard)
@@ -146,7 +146,7 @@ def _interrupts(draft: Draft, owner: Signature, clause: tree.Interrupts) -> None
     for entry in targets:
         itself = entry.request == owner.name
         name = f"{owner.name}.interrupts.{'self' if itself else entry.request}"
-        draft.claim(name, entry.span)
+        draft.claim(name, entry.span, labelled=False)
         condition: Cond = together(owner.name, entry.request)
         if itself:
             condition = Compare(">", Count((owner.name,)), Const(1))

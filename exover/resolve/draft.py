@@ -107,8 +107,11 @@ class Draft:
         self.mistakes.add("E414", f"the spec has more than {MAX_ITEMS} rules with its lists expanded", span)
         return False
 
-    def claim(self, name: str, span: Span) -> None:
-        """Take a name for a rule, guard, resource or launch; a name that is taken or reserved is a mistake."""
+    def claim(self, name: str, span: Span, labelled: bool = True) -> None:
+        """Take a name for a rule, guard, resource or launch; a name that is taken or reserved is a mistake.
+
+        `labelled`: whether the engineer has chosen it.
+        """
         first = same_name(self._taken, name, span)
         if name in RESERVED:
             hint = "answers use this name themselves"
@@ -116,7 +119,7 @@ class Draft:
         elif first:
             message = f"two rules are called {quote(name)}"
             label = f"the first stands {self.mistakes.on_line(first, span)}"
-            self.mistakes.add("E211", message, span, label=label)
+            self.mistakes.add("E211", message, span, label=label, hint="" if labelled else "leave one of the two out")
 
     def label(self, prefix: str, keyword: str, label: tree.Name | None, span: Span) -> str:
         """Return the name of a rule or clause, by its label or its number, and take it."""

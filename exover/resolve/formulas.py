@@ -140,7 +140,8 @@ class Reader:
         """Return the formula if engines can take one of its size, else note a mistake and return None."""
         if found is None or (found.size <= MAX_ATOMS and found.depth <= MAX_DEPTH):
             return found
-        limits = f"at most {MAX_ATOMS} comparisons and predicates, nested at most {MAX_DEPTH} deep"
+        deep = f"nested at most {MAX_DEPTH} deep, a temporal operator counted as {_LEVELS} levels"
+        limits = f"at most {MAX_ATOMS} comparisons and predicates, {deep}"
         self.mistakes.add("E414", "the formula is too large with its defines expanded", span, hint=limits)
         return None
 

@@ -64,7 +64,7 @@ def note_limit(mistakes: Mistakes, most: int, slots: int, span: Span) -> None:
     if slots <= most:
         number = f"{slots} instance{'' if slots == 1 else 's'}"
         message = f"the listed requests have {number} together, so this limit is always kept"
-        hint = f"write a number below {slots}; a request has one instance unless it says `instances`"
+        hint = f"write a number below {slots}, or list more; a request has one instance unless it says `instances`"
         mistakes.unless_others(CODE, message, span, hint)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
-from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.diagnostics import Diagnostic, capped, did_you_mean, quote
 from exover.source import Source, Span
 
 MAX_HINTS = 50
@@ -57,9 +57,9 @@ class Mistakes:
         self._consequences.append(Diagnostic(code, message, span, help=hint))
 
     def in_order(self) -> tuple[Diagnostic, ...]:
-        """Return all the mistakes in the order of the text."""
+        """Return the mistakes in the order of the text, of very many the first."""
         found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())] or self._consequences
-        return tuple(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
+        return capped(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
 
     def _first(self, uses: list[Diagnostic]) -> Diagnostic:
         """Return the first use in the text, with the lines of the others."""

@@ -1,5 +1,6 @@
 """From the tree of a properties file to what it says of a model (docs/language.md section 8)."""
 
+from collections.abc import Iterator
 from typing import assert_never
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
@@ -47,12 +48,12 @@ def resolve_properties(
     _read_defines(reader, file)
     _check_doubles(reader, file)
     properties = [_property(reader, item) for item in file.items if isinstance(item, tree.Property)]
-    assumptions = [_assumption(reader, item) for item in file.items if isinstance(item, tree.Assume)]
+    assumptions = list(_assumptions(reader, file))
     found = mistakes.in_order()
     if found:
         return None, found
     fair = any(isinstance(item, tree.AssumeFair) for item in file.items)
-    return Properties(tuple(filter(None, properties)), tuple(filter(None, assumptions)), fair, source.name), ()
+    return Properties(tuple(filter(None, properties)), tuple(assumptions), fair, source.name), ()
 
 
 def _where(reader: Reader, span: Span) -> Location:
@@ -97,13 +98,29 @@ def _check_doubles(reader: Reader, file: tree.Properties) -> None:
                 reader.mistakes.again(item.name.text, "property", item.name.span, first)
         elif isinstance(item, tree.AssumeFair):
             if fair:
-                line, _ = reader.mistakes.source.position(fair.start)
-                label = f"first assumed on line {line}"
-                reader.mistakes.add("E420", "fair reports are assumed twice", item.span, label=label)
+                _assumed_twice(reader, "fair reports are", fair, item.span)
             fair = fair or item.span
 
 
 # ---- statements ----
+
+
+def _assumptions(reader: Reader, file: tree.Properties) -> Iterator[Assumption]:
+    """Yield what is assumed; what stands there twice is a mistake."""
+    first: dict[Formula, Span] = {}
+    for item in (each for each in file.items if isinstance(each, tree.Assume)):
+        found = _assumption(reader, item)
+        if found is None:
+            continue
+        if found.formula in first:
+            _assumed_twice(reader, "this is", first[found.formula], item.span)
+        first.setdefault(found.formula, item.span)
+        yield found
+
+
+def _assumed_twice(reader: Reader, what: str, first: Span, span: Span) -> None:
+    line, _ = reader.mistakes.source.position(first.start)
+    reader.mistakes.add("E420", f"{what} assumed twice", span, label=f"first assumed on line {line}")
 
 
 def _assumption(reader: Reader, item: tree.Assume) -> Assumption | None:

@@ -20,7 +20,7 @@ def vocabulary(names: SymbolTable, meanings: dict[str, Meaning | None]) -> Sourc
     consts = {name: _value(constant) for name, constant in names.constants.consts.items() if constant is not None}
     defines = {name: meaning.cond for name, meaning in meanings.items() if meaning}
     enums = {name: kind.values for name, kind in names.enums.items()}
-    return SourceNames(consts, defines, dict(names.groups), names.constants.enum_values, enums)
+    return SourceNames(consts, defines, dict(names.groups), names.constants.enum_values, enums, tuple(names.modules))
 
 
 def _value(constant: Constant) -> Value:
@@ -36,7 +36,7 @@ def _value(constant: Constant) -> Value:
 def names_of(model: Model) -> SymbolTable:
     """Return the names of the spec of a model; its defines are not among them but in `meanings_of`."""
     words = model.vocabulary
-    modules: dict[str, ModuleNames] = {}
+    modules = {name: ModuleNames() for name in words.modules}
     requests: dict[str, Signature] = {}
     quantities = {latch.name: QuantityName(latch.name, "latch", Bool(), ELSEWHERE) for latch in model.latches}
     for request in model.requests:

@@ -2,15 +2,16 @@
 
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import PureWindowsPath
 from typing import NamedTuple
 
-from exover.diagnostics import Diagnostic, quote
+from exover.diagnostics import MAX_REPORTS, Diagnostic, capped, quote
 from exover.source import Source, Span
 from exover.syntax.decode import MAX_BYTES, decode
 from exover.syntax.lex import tokens
-from exover.syntax.parse import MAX_REPORTS, capped, parse, parse_file
+from exover.syntax.parse import parse, parse_file
 from exover.syntax.tree import Include, Item, Part, Spec
 
 MAX_NESTED = 64
@@ -104,7 +105,7 @@ class _Reader:
         self.parts.append(part)
         self._end = part.end
         tree, mistakes, self._tokens = parse_file(part, self._tokens)
-        self.mistakes += mistakes
+        self.mistakes += map(_of_part, mistakes)
         if isinstance(tree, Spec):
             message = f"{quote(include.path)} is a spec, and only a part can be included"
             self._refuse("E006", message, include, f"begin it with `part {tree.name.text};`")
@@ -127,7 +128,8 @@ class _Reader:
             circle = [*chain[leading.index(real) :], name]
             self._refuse("E007", f"{quote(name)} includes itself", include, label=" -> ".join(circle))
         elif len(chain) > MAX_NESTED:
-            self._refuse("E007", f"includes are nested more than {MAX_NESTED} deep", include)
+            hint = "let one file include the parts side by side, not each part the next"
+            self._refuse("E007", f"includes are nested more than {MAX_NESTED} deep", include, hint)
         elif real not in self._known:
             self._known.add(real)
             return name
@@ -149,12 +151,19 @@ class _Reader:
         source = decode(name, data)
         if isinstance(source, Diagnostic) or "\0" in source.text:
             reason = source.message if isinstance(source, Diagnostic) else "it is no text"
-            self._refuse("E005", f"cannot read {quote(name)}: {reason}", include)
+            self._refuse("E005", f"cannot read {quote(name)}: {reason}", include, "save that file as UTF-8 text")
             return None
         return Source(name, source.text, self._end + 1)
 
     def _refuse(self, code: str, message: str, include: Include, hint: str = "", label: str = "") -> None:
         self.mistakes.append(Diagnostic(code, message, include.span, label, hint))
+
+
+def _of_part(mistake: Diagnostic) -> Diagnostic:
+    """Return what is wrong with a text, of one that is included and so has to be a part."""
+    if mistake.code != "E004":
+        return mistake
+    return replace(mistake, message="the file holds no part", help="begin it with `part NAME;`")
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -185,13 +185,15 @@ def _open_string(text: str, span: Span) -> Diagnostic:
     control = _CONTROL.search(text)
     if control:
         place = Span(span.start + control.start(), span.start + control.end())
-        return Diagnostic("E101", "a control character stands in a string", place)
+        return Diagnostic(
+            "E101", "a control character stands in a string", place, help="leave it out, or spell it in letters"
+        )
     return Diagnostic("E102", "the string is not closed on its line", span, help='close it with `"`')
 
 
 def _bad(text: str, span: Span) -> tuple[str | None, list[Diagnostic]]:
     if text[0] == "\0":
-        return END, [Diagnostic("E101", "a NUL character: this is no text", span)]
+        return END, [Diagnostic("E101", "a NUL character: this is no text", span, help="save the file as UTF-8 text")]
     word = FOREIGN.get(text)
     if word is not None:
         return word, [foreign(text, word, span)]

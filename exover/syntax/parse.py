@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import NamedTuple
 
-from exover.diagnostics import Diagnostic, quote
+from exover.diagnostics import Diagnostic, capped, quote
 from exover.source import Source, Span
 from exover.syntax.expect import nothing_there
 from exover.syntax.grammar import Grammar, Start, grammar
@@ -28,8 +28,6 @@ from exover.syntax.tree import (
     Spec,
 )
 
-MAX_REPORTS = 50
-"""Mistakes that are shown of one text."""
 MAX_REPAIRS = 500
 """Mistakes after which the rest of a text is not read: it is no spec, and repairs cost time."""
 MAX_TOKENS = 500_000
@@ -95,16 +93,6 @@ def parse_properties(source: Source) -> tuple[Properties | None, tuple[Diagnosti
 
 def _place(diagnostic: Diagnostic) -> int:
     return diagnostic.span.start if diagnostic.span else 0
-
-
-def capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
-    """Return the first MAX_REPORTS of these, and one more that says how many there are beyond."""
-    rest = len(reports) - MAX_REPORTS
-    if rest <= 0:
-        return tuple(reports)
-    count = f"at least {rest}" if gave_up else str(rest)
-    more = Diagnostic("E199", f"{count} more mistake{'s' if rest > 1 else ''} not shown", reports[MAX_REPORTS].span)
-    return (*reports[:MAX_REPORTS], more)
 
 
 class _Reader:

@@ -106,7 +106,7 @@ def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]
 
 def too_deep(token: Token, limit: int) -> Diagnostic:
     """Return the report on a token that opens one level of nesting too many."""
-    message = f"brackets, `not` and `implies` are nested more than {limit} deep"
+    message = f"brackets and operators are nested more than {limit} deep"
     return Diagnostic("E109", message, Span(token.start, token.end), help="give a part a name with `define`")
 
 

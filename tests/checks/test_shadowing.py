@@ -9,6 +9,8 @@ from exover.checks.run import check_all
 from exover.checks.shadowing import Shadows, WithoutRules
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
+from exover.pipeline import load_properties
+from exover.source import Source
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -70,9 +72,31 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     names = [rule.name for rule in model.rules] + [g.name for request in model.requests for g in request.guards]
     names += [resource.name for resource in model.resources] + [launch.name for launch in model.launches]
     reference = Reference(model)
-    looking = Shadows(reference, WithoutRules(model), [reference.start()])
+    looking = Shadows(reference, WithoutRules(model), [reference.start()], ())
     for name in dict.fromkeys(names):
-        assert name not in looking.of(name)
+        found = looking.of(name)
+        assert name not in found.rules and found.assumption is None
     for request in model.requests:
-        rules, alone = looking.before_launch(request.name)
-        assert "busy" not in rules and set(alone) <= set(rules)
+        found = looking.before_launch(request.name)
+        assert "busy" not in found.rules and set(found.alone) <= set(found.rules) and found.assumption is None
+
+
+@pytest.mark.parametrize(
+    ("assumed", "check", "message"),
+    [
+        (
+            "never (asked(m.b) and hot)",
+            "rule-use",
+            "it never acts, since the assumption at s.prop:1:8 forbids the steps in which it would",
+        ),
+        ("always not asked(m.b)", "reachability", "only in steps that the assumption at s.prop:1:8 forbids"),
+        ("never (asked(m.b) and not hot)", "reachability", "without `m.b.cool` it would be launched there"),
+    ],
+)
+def test_an_assumption_that_forbids_what_would_happen_is_named(assumed: str, check: str, message: str) -> None:
+    model = model_of("spec s; poster hot: bool = false; module m { request b() { check cool: not hot; } }")
+    properties = load_properties(Source("s.prop", f"for s; assume {assumed};"), model).properties
+    assert properties is not None
+    findings = check_all(compiled(model), lambda phase: None, properties=properties).findings
+    (told,) = (each.message for each in findings if each.check == check and each.verdict == "violated")
+    assert told.endswith(message)

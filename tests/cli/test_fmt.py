@@ -44,6 +44,7 @@ def test_standard_input(run):
     assert run("fmt", "--check", "-", input=NEAT).returncode == 0
     wrong = run("fmt", "-", input="spec")
     assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "--> <stdin>:1:5" in wrong.stderr and "<stdin> has a mistake\n" in wrong.stderr
 
 
 def test_links_are_followed_and_permissions_kept(run, tmp_path):

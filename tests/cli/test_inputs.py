@@ -22,7 +22,7 @@ def refused(done: "subprocess.CompletedProcess[str]", *needles: str) -> None:
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
 def test_no_verb_reads_what_is_no_spec(verb, run, spec):
-    refused(run(*verb, "no.exo"), "exover: error: cannot read no.exo: No such file or directory")
+    refused(run(*verb, "no.exo"), "error[E001]", "exover: error: cannot read no.exo: No such file or directory")
     spec.write_text(spec.read_text().replace("nd.stop over", "nd.stp over"))
     refused(run(*verb, "demo.exo"), "error[E203]", "--> demo.exo:4:14", "nd.stp over", "did you mean `", "^^^")
 

@@ -223,6 +223,19 @@ forbid both: (active(m.a) or active(m.c)) and active(m.b) by kill m.a or kill m.
     ]
 
 
+def test_a_rule_of_the_slot_that_is_cleared_for_the_newcomer_says_that_it_is_idle() -> None:
+    spec = Source(
+        "s.exo",
+        "spec s; poster person: bool = false;"
+        "module base { request drive(v: real in 0 .. 2) { interrupts self; fail hurt: when person and v > 0.3; } }",
+    )
+    first, second = (json.dumps({"ask": "base.drive", "args": {"v": v}}) for v in (0.4, 0.5))
+    report = '{"report": "base.drive", "outcome": "interrupted"}'
+    assert "  launch base.drive(v = 0.5)" in text(first, second, report, spec=spec)
+    told_text = text(first, second, spec=spec)
+    assert "  kill base.drive [base.drive.interrupts.self]" in told_text
+
+
 def test_nothing_was_done() -> None:
     found = told(observe("battery", 50))
     assert found.accounts[0].action is None

@@ -2,6 +2,9 @@
 
 import pytest
 
+from exover.diagnostics import MAX_REPORTS
+from exover.pipeline import load
+from exover.source import Source
 from tests.resolve.specs import WORLD, mistakes
 
 # At the top level, behind the world; a mark stands where the mistake is.
@@ -316,6 +319,13 @@ KEPT = [
 def test_what_can_act_is_kept(text: str) -> None:
     found, _, diagnostics = mistakes(WORLD + text)
     assert not found, diagnostics
+
+
+def test_of_very_many_mistakes_the_first_are_told() -> None:
+    text = "spec s; module m { request a(); } " + " ".join(f"mutex m.a, m.x{n};" for n in range(60))
+    loaded = load(Source("s.exo", text))
+    assert [each.code for each in loaded.diagnostics] == ["E203"] * MAX_REPORTS + ["E199"]
+    assert loaded.diagnostics[-1].message == "10 more mistakes not shown"
 
 
 def test_many_mistakes_are_all_told() -> None:

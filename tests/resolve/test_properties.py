@@ -38,7 +38,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.resolve.specs import MARK, WORLD, model
 
-MODEL = model(WORLD)
+MODEL = model(WORLD + "module bare { }")
 A, B, C = "m.a", "m.b", "m.c"
 
 
@@ -241,6 +241,7 @@ def mistakes(text: str) -> tuple[list[tuple[str, int]], list[int], tuple[Diagnos
         ("property p: never asked(m.c with «y > 1);", ["E208"], "`m.c` has no parameter `y`"),
         ("property p: never ended(m.c with «dist > 1);", ["E208"], "`m.c` has no parameter `dist`"),
         ("property p: never asked(m.c with «asked(m.a));", ["E415"], "a predicate cannot stand inside `with`"),
+        ("property p: never active(«bare.*);", ["E413"], "`bare.*` names no request: module `bare` declares none"),
         ("property p: never asked(«bath);", ["E204"], "unknown group `bath`"),
         ("property p: never «x > 1;", ["E217"], "`x` is a parameter, which a property cannot read"),
         ("property p: never «self.x > 1;", ["E215"], "`self.x` stands outside the clauses of a request"),
@@ -257,6 +258,8 @@ def mistakes(text: str) -> tuple[list[tuple[str, int]], list[int], tuple[Diagnos
         ("property p: never hot; property q: never hot; property «p: possible hot;", ["E210"],
          "property `p` is declared twice"),
         ("assume fair reports; «assume fair reports;", ["E420"], "fair reports are assumed twice"),
+        ("assume always hot; «assume always hot;", ["E420"], "this is assumed twice"),
+        ("assume never hot; «assume always not hot;", ["E420"], "this is assumed twice"),
         ("assume always «true;", ["E421"], "this condition is true whatever happens, so nothing is assumed"),
         ("assume never «not true;", ["E421"], "this condition is false whatever happens, so nothing is assumed"),
         ("assume always «z; assume never «z2;", ["E201", "E201"], "unknown name `z`"),

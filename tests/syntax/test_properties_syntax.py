@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exover.diagnostics import CODES, Diagnostic, render_all
+from exover.diagnostics import CODES, MAX_REPORTS, Diagnostic, render_all
 from exover.source import Source
 from exover.syntax import tree
 from exover.syntax.format_properties import format_properties
 from exover.syntax.grammar import grammar
 from exover.syntax.lex import END, RESERVED, tokens
-from exover.syntax.parse import MAX_REPORTS, parse, parse_properties
+from exover.syntax.parse import parse, parse_properties
 
 SAMPLE = Path(__file__).with_name("sample.prop").read_text("utf-8")
 TOKENS = [token.text for token in tokens(SAMPLE, [], formulas=True) if token.kind != END]

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from exover.diagnostics import CODES, Diagnostic, render_all
+from exover.diagnostics import CODES, MAX_REPORTS, Diagnostic, render_all
 from exover.source import Source
 from exover.syntax.expect import advice, expectation
 from exover.syntax.lex import tokens
-from exover.syntax.parse import MAX_REPORTS, parse
+from exover.syntax.parse import parse
 
 SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
 

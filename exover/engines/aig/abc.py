@@ -30,10 +30,10 @@ NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig"
 REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
 PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
-ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
+ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (12, f"{READ}; {REDUCE}; {PROVE}")
 """The part of its time, at least two seconds, that a question may cost in each round of proofs, and what is run then:
 most are proved sooner than the circuit could be reduced, some only of a reduced one."""
-ALONE: tuple[tuple[int, str], ...] = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
+ALONE: tuple[tuple[int, str], ...] = (12, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
 FIRST, BOTH = slice(1), slice(2)
 """Which of the rounds are run."""

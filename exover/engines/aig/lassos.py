@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from itertools import chain, combinations
+from itertools import chain, combinations, islice
 from operator import or_
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
 from exover.engines.aig.shorten import doublings
@@ -19,6 +20,8 @@ TURNS = 8
 """How often a loop is followed until everything is as it was, what no question looks at included."""
 PAIRED = 32
 """Of lassos of up to so many steps any two are tried to be dropped."""
+OBSERVED = 2
+"""So many posters, or levels, are tried to be observed where nothing need happen."""
 WIDEST = 4096
 """So many lassos are followed at once."""
 
@@ -77,13 +80,15 @@ class _Following:
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
     """Return lassos made of steps of the given ones, from which no single step can be dropped, nor two related ones.
 
-    All variables come back to what they were, if they do after some turns. Blocks of steps are dropped, of half a lasso
+    All variables come back to what they were, if they do after some turns. Where nothing need happen any more, nothing
+    does. Blocks of steps are dropped, of half a lasso
     first (Zeller, Hildebrandt 2002), then what speaks of the same; what may be dropped is tried of all lassos side by
     side, and of what can be dropped as much as can together.
     """
     machine = machine.exact
     lassos = _turned(machine, found)
     lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in lassos.items()}
+    lassos |= _stuttering(machine, lassos)
     sizes = {index: lasso.length // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
         better = _better(machine, lassos, {k: _blocks(lassos[k], size) for k, size in sizes.items() if size})
@@ -110,6 +115,22 @@ def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
         if good:
             lassos[index] = lasso
     return lassos
+
+
+def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+    """Return the shortest lassos that follow the given ones up to where nothing need happen: a poster, or a level, is
+    observed to read what it reads already, for ever.
+    """
+    tried: list[Candidate] = []
+    for index, lasso in lassos.items():
+        steps = (*lasso.stem, *lasso.loop)
+        states = chain([initial(machine.latches, 1)], machine.states(steps))
+        for count, state in zip(range(len(steps)), states, strict=False):
+            here = HomeSpace(machine.encoding, frozenset(node for node, word in state.items() if word))
+            observed = islice(chain(here.posters.values(), here.levels.values()), OBSERVED)
+            tried += [(index, InputLasso(steps[:count], (event,))) for event in observed]
+    good = [candidate for candidate, is_closed in zip(tried, closed(machine, tried), strict=True) if is_closed]
+    return dict(reversed(good))
 
 
 Steps = frozenset[int]

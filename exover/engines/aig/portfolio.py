@@ -17,7 +17,7 @@ from exover.engines.aig.simulation import Runs, simulate
 from exover.engines.aig.stimulus import Eventful, RandomStimulus, Stimulated
 from exover.engines.aig.strengthening import Lemmas, strengthened
 
-LONG, SHORT = 120.0, 20.0
+LONG, SHORT = 120.0, 30.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
 SOON = 5

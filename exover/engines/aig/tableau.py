@@ -25,6 +25,8 @@ def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
             return _lingering(encoding, Lingering(goal, ALWAYS), signals)
         case Until() if lingering := lingering_of(formula):
             return _lingering(encoding, lingering, signals)
+        case Negation(Until(left, bad)) if left == ALWAYS and momentary(bad):
+            return _always(encoding, Negation(bad), signals)
     return Tableau(encoding, formula).staying(signals)
 
 
@@ -42,6 +44,15 @@ def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal,
     after = graph.conjunction(stays, graph.any((begun, encoding.truth(lingering.since))))
     encoding.follow(begun, after)
     return Staying(begun, graph.all((encoding.legal, begun, stays)), signals)
+
+
+def _always(encoding: Encoding, stays: Formula, signals: tuple[Literal, ...]) -> Staying:
+    """Return where a run stays on which a formula of one moment has been true from the start: nothing is guessed."""
+    graph, here = encoding.graph, encoding.truth(stays)
+    begun = graph.latch(encoding.at_start(stays))
+    after = graph.conjunction(begun, here)
+    encoding.follow(begun, after)
+    return Staying(begun, graph.conjunction(encoding.legal, after), signals)
 
 
 @dataclass
