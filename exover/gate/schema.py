@@ -144,7 +144,7 @@ class MistakeList:
                 advice = did_you_mean(key, keys) or f"there are {', '.join(f'`{each}`' for each in keys)}"
                 self.say("E602", f"{what} has no key {quote(key)}", (*path, key), advice)
             elif not keys[key][0](value):
-                self.say("E603", f"{quote(key)} is not {keys[key][1]}", (*path, key))
+                self.say("E603", f"{quote(key)} is not {keys[key][1]}", (*path, key), f"write {keys[key][1]}")
             else:
                 good[key] = value
         return good

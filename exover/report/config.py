@@ -48,7 +48,8 @@ def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnosti
             diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.of(name), help=advice))
     tables = content.get(TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.of(TABLE)))
+        advice = f"begin each waiver with a line `[[{TABLE}]]`"
+        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.of(TABLE), help=advice))
         tables = []
     waivers: list[Waiver] = []
     for number, table in enumerate(tables):
@@ -59,7 +60,8 @@ def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnosti
     chosen = content.get(CHOICE, {})
     mistakes = list(reader.choice_mistakes(chosen))
     choice = ALL if mistakes else reader.choice(chosen)
-    return Config(tuple(waivers), choice), (*diagnostics, *mistakes)
+    found = sorted((*diagnostics, *mistakes), key=lambda each: each.span or Span(0, 0))
+    return Config(tuple(waivers), choice), tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +79,10 @@ class _Reader:
             elif key == "expires":
                 if not isinstance(value, date) or isinstance(value, datetime):
                     yield Diagnostic("E603", "`expires` is no date", span, help="write it as 2027-01-31, unquoted")
-            elif not isinstance(value, str) or not value.strip():
+            elif not isinstance(value, str):
                 yield Diagnostic("E603", f"{quote(key)} is no text", span)
+            elif not value.strip():
+                yield Diagnostic("E603", f"{quote(key)} is empty", span, help="say it in words")
         for key in KEYS:
             if key not in table and key not in OPTIONAL:
                 yield Diagnostic("E604", f"a waiver has no {quote(key)}", self.places.of(TABLE, number))
@@ -96,13 +100,16 @@ class _Reader:
     def choice_mistakes(self, table: Any) -> Iterator[Diagnostic]:
         """Yield what is wrong with the choice of checks."""
         if not isinstance(table, dict):
-            yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.of(CHOICE))
+            advice = f"begin it with a line `[{CHOICE}]`"
+            yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.of(CHOICE), help=advice)
             return
         for key, value in table.items():
             span = self.places.of(CHOICE, key)
             if key == ERRORS_ONLY:
                 if not isinstance(value, bool):
-                    yield Diagnostic("E603", f"{quote(key)} is neither true nor false", span)
+                    yield Diagnostic(
+                        "E603", f"{quote(key)} is neither true nor false", span, help="write one, unquoted"
+                    )
             elif key not in LISTS:
                 advice = did_you_mean(key, (*LISTS, ERRORS_ONLY))
                 yield Diagnostic("E602", f"[{CHOICE}] has no key {quote(key)}", span, help=advice)

@@ -4,8 +4,8 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from exover.model.difference import CommonStep, Compared, Difference, PropertyChange
-from exover.model.event import Action, Event
+from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
+from exover.model.event import Action, Event, Waits
 from exover.model.wire import action_json, escaped, event_json
 from exover.model.wording import action_text, event_text, visible
 
@@ -26,7 +26,7 @@ def _lines(compared: Compared) -> Iterator[str]:
     yield ""
     for each in compared.differences:
         yield title(each)
-        yield from (f"  {line}" for line in run_lines(compared, each.steps))
+        yield from (f"  {line}" for line in run_lines(compared, each))
     for prop in in_both(compared):
         yield property_title(prop)
     for undecided in compared.undecided:
@@ -54,12 +54,15 @@ def in_both(compared: Compared) -> list[PropertyChange]:
     return [each for each in compared.judged if "none" not in (each.old, each.new)]
 
 
-def run_lines(compared: Compared, steps: tuple[CommonStep, ...]) -> Iterator[str]:
+def run_lines(compared: Compared, difference: Difference) -> Iterator[str]:
     """Yield a numbered line for each event, and indented below it what both versions answer, or each of them."""
+    steps = difference.steps
     width = len(str(len(steps)))
     for number, step in enumerate(steps, 1):
         yield f"{number:>{width}}. {_event(compared, step)}"
         old, new = (_answers(compared, step, side) for side in (0, 1))
+        if number == len(steps):
+            (old if difference.change.gone else new).extend(_standing(compared, step, difference.change))
         if old == new:
             yield from (f"{'':{width}}    {line}" for line in new)
         else:
@@ -79,6 +82,13 @@ def _event(compared: Compared, step: CommonStep) -> str:
 def _answers(compared: Compared, step: CommonStep, side: int) -> list[str]:
     model = (compared.versions.old, compared.versions.new)[side]
     return [action_text(model, action) for action in step.answers[side]]
+
+
+def _standing(compared: Compared, step: CommonStep, change: AnswerChange) -> list[str]:
+    """Return that the request goes on waiting, where that is the change, and no answer says so."""
+    names = {change.subject, compared.versions.was_called.get(change.subject)}
+    told = any(isinstance(each, Waits) and each.request in names for each in step.answers[not change.gone])
+    return [] if told or change.deed != "waiting" else [f"{change.subject} goes on waiting"]
 
 
 def last_line(compared: Compared) -> str:
@@ -127,7 +137,7 @@ def _markdown(compared: Compared) -> Iterator[str]:
         yield ""
         yield f"<details><summary>{_plain(title(each))}</summary>"
         yield ""
-        yield from ("```text", *(_fenced(line) for line in run_lines(compared, each.steps)), "```")
+        yield from ("```text", *(_fenced(line) for line in run_lines(compared, each)), "```")
         yield ""
         yield "</details>"
     rest = [property_title(each) for each in in_both(compared)]

@@ -45,7 +45,7 @@ def _rule(change: AnswerChange) -> str:
 
 
 def _difference(compared: Compared, each: Difference) -> dict[str, Any]:
-    text = "\n".join((title(each), *run_lines(compared, each.steps)))
+    text = "\n".join((title(each), *run_lines(compared, each)))
     level = "warning" if each.change.weaker else "note"
     return _result(compared, _rule(each.change), "fail", level, text, _declared(compared, each.change))
 

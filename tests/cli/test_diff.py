@@ -37,6 +37,13 @@ def shown(found: dict) -> set[tuple]:
     return {(each["request"], each["change"], each["weaker"], len(each["trace"])) for each in found["changes"]}
 
 
+def test_what_goes_on_waiting_is_told_where_no_answer_says_so(run, tmp_path: Path) -> None:
+    told(run, tmp_path, OLD, OLD.replace("mutex drive: cabin.brake over cabin.go;", ""))
+    text = run("diff", tmp_path / "old.exo", tmp_path / "new.exo").stdout
+    assert "       NEW: launch cabin.brake()\n       NEW: cabin.go goes on waiting\n" in text
+    assert text.count("goes on waiting") == 1
+
+
 @pytest.mark.parametrize(
     ("edit", "changes"),
     [

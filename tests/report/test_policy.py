@@ -202,7 +202,7 @@ def test_waivers_are_read() -> None:
     [
         ("reason = \"…\"", "reasons = \"…\"", "error[E602]: a waiver has no key `reasons`", "exover.toml:11:1"),
         ("reason = \"…\"\n", "", "error[E604]: a waiver has no `reason`", "exover.toml:8:3"),
-        ("reason = \"…\"", "reason = \" \"", "error[E603]: `reason` is no text", "exover.toml:11:1"),
+        ("reason = \"…\"", "reason = \" \"", "error[E603]: `reason` is empty", "exover.toml:11:1"),
         ("reason = \"…\"", "reason = 3", "error[E603]: `reason` is no text", "exover.toml:11:1"),
         ("2027-02-28", '"2027-02-28"', "error[E603]: `expires` is no date", "exover.toml:12:1"),
         ("2027-02-28", "2027-02-28T10:00:00", "error[E603]: `expires` is no date", "exover.toml:12:1"),
