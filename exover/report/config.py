@@ -1,6 +1,6 @@
 """`exover.toml`: text to waivers and a choice of checks, or what is wrong with it and where."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
@@ -35,33 +35,35 @@ NO_CONFIG = Config()
 
 
 def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnostic, ...]]:
-    """Return what a configuration says, and what is wrong with it."""
+    """Return what a configuration says, and what is wrong with it, table by table, in the order of the text."""
     read = read_toml(source)
     if isinstance(read, Diagnostic):
         return NO_CONFIG, (read,)
     content, places = read
     reader = _Reader(source, places, checks)
-    diagnostics: list[Diagnostic] = []
+    found: list[tuple[Span | None, Sequence[Diagnostic]]] = []
     for name in content:
         if name not in (TABLE, CHOICE):
             advice = did_you_mean(name, [TABLE, CHOICE]) or f"a configuration holds [{CHOICE}] and [[{TABLE}]]"
-            diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.of(name), help=advice))
+            span = places.of(name)
+            found.append((span, [Diagnostic("E602", f"unknown key {quote(name)}", span, help=advice)]))
     tables = content.get(TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-        advice = f"begin each waiver with a line `[[{TABLE}]]`"
-        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.of(TABLE), help=advice))
+        advice, span = f"begin each waiver with a line `[[{TABLE}]]`", places.of(TABLE)
+        found.append((span, [Diagnostic("E603", f"{quote(TABLE)} is no array of tables", span, help=advice)]))
         tables = []
     waivers: list[Waiver] = []
     for number, table in enumerate(tables):
         mistakes = list(reader.mistakes(number, table))
-        diagnostics += mistakes
+        found.append((places.of(TABLE, number), mistakes))
         if not mistakes:
             waivers.append(reader.waiver(number, table))
     chosen = content.get(CHOICE, {})
     mistakes = list(reader.choice_mistakes(chosen))
     choice = ALL if mistakes else reader.choice(chosen)
-    found = sorted((*diagnostics, *mistakes), key=lambda each: each.span or Span(0, 0))
-    return Config(tuple(waivers), choice), tuple(found)
+    found.append((places.of(CHOICE), mistakes))
+    found.sort(key=lambda each: each[0] or Span(0, 0))
+    return Config(tuple(waivers), choice), tuple(mistake for _, each in found for mistake in each)
 
 
 @dataclass(frozen=True, slots=True)
