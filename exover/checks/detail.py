@@ -10,6 +10,7 @@ from exover.checks.finding import Finding
 from exover.checks.near_events import is_true
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
+from exover.checks.rule_use import ADVICE, NEVER
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
@@ -210,11 +211,11 @@ def _rule_use(broken: _Broken) -> str:
             found += decided(model, launch.condition)
     shadowing = broken.near.of(name) if broken.near else Shadowing()
     if shadowing.assumption and not found:
-        return f"it never acts, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
-    parts = [broken.finding.message, *map(str, dict.fromkeys(found))]
+        return f"{NEVER}, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
+    causes = list(map(str, dict.fromkeys(found)))
     if shadowing.rules:
-        parts.append(f"where it would, {_decide(shadowing.rules)}")
-    return "; ".join(parts)
+        causes.append(f"where it would, {_decide(shadowing.rules)}")
+    return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
 
 
 def _reachability(broken: _Broken) -> str:

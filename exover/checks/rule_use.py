@@ -12,7 +12,8 @@ IFF = (
     "one)"
 )
 HOLDS = "some run has an action that names it, or makes its condition true"
-VIOLATED = "it never acts: it is never called for, or an earlier rule always decides first; correct it or take it out"
+NEVER, ADVICE = "it never acts", "correct it or take it out"
+VIOLATED = f"{NEVER}: it is never called for, or an earlier rule always decides first; {ADVICE}"
 
 
 def decide(context: Context, question: Question) -> Finding:

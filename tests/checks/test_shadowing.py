@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.detail import detailed
+from exover.checks.rule_use import VIOLATED
 from exover.checks.run import check_all
 from exover.checks.shadowing import Shadows, WithoutRules
 from exover.model.property import NO_PROPERTIES
@@ -30,14 +31,17 @@ DEAD = [
 def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> None:
     findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
     (message,) = (each.message for each in findings if each.check == "rule-use" and each.verdict == "violated")
-    assert message.partition("; where it would, ")[2] == (f"`{first}` decides" if first else "")
+    causes = (
+        f"where it would, `{first}` decides" if first else "`wind > 60` is false whatever happens: wind lies in 0 .. 60"
+    )
+    assert message == f"it never acts: {causes}; correct it or take it out"
 
 
 def test_nothing_is_looked_for_when_the_time_is_over() -> None:
     rules, _ = DEAD[0]
     model = model_of(HEAD + rules)
     findings = check_all(compiled(model), lambda phase: None, asked={"rule-use"}).findings
-    plain = [replace(each, message=each.message.partition("; ")[0]) for each in findings]
+    plain = [replace(each, message=VIOLATED if each.verdict == "violated" else each.message) for each in findings]
     assert all(
         "where it would" in each.message for each in detailed(model, NO_PROPERTIES, plain) if each.verdict == "violated"
     )
