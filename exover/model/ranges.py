@@ -1,7 +1,7 @@
 """Comparisons that are decided whatever happens.
 
-They are so by ranges, as `wind > 99` of a wind in 0 .. 60, or by what is ever set, as `place == cabin` of a state of a
-module that no clause sets to it.
+They are so by ranges, as `wind > 99` of a wind in 0 .. 60, or `wind in 5 .. 3`, or by what is ever set, as
+`place == cabin` of a state of a module that no clause sets to it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -9,11 +9,14 @@ from collections.abc import Iterator, Mapping
 from exover.dataclass import dataclass
 from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
+    And,
     Compare,
     Cond,
     Const,
     Level,
     ModelTerm,
+    Not,
+    Or,
     Own,
     Param,
     Past,
@@ -45,8 +48,9 @@ class FixedComparison:
 
 
 def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
-    """Yield the comparisons of numbers that ranges decide, and those of a module state with a constant that the values
-    decide which it starts with and is set to, in the order of the text, those inside `with` included.
+    """Yield ranges that hold nothing, then the comparisons of numbers that ranges decide, and those of a module state
+    with a constant that the values decide which it starts with and is set to, in the order of the text, those inside
+    `with` included.
 
     `params`: those that the condition may read. A comparison of constants is not one: it decides itself.
     """
@@ -54,6 +58,7 @@ def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Ite
 
 
 def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterator[FixedComparison]:
+    yield from _empty(cond)
     for atom in atoms(cond):
         match atom:
             case Status(_, name, where) | Past(name, where) if where is not None:
@@ -66,6 +71,26 @@ def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterato
                     yield found
             case _:
                 pass
+
+
+def _empty(cond: Cond) -> Iterator[FixedComparison]:
+    """Yield the ranges that hold nothing: `x in 5 .. 3` stands in a model as what it means, `x >= 5 and x <= 3`."""
+    match cond:
+        case And(
+            (Compare(">=", low, Const(int() | float() as least)), Compare("<=", high, Const(int() | float() as most)))
+        ):
+            if low == high and least > most:
+                bounds = value_text(least), value_text(most)
+                yield FixedComparison(
+                    f"{term_text(low)} in {bounds[0]} .. {bounds[1]}", False, "the bounds are swapped"
+                )
+        case Not(part):
+            yield from _empty(part)
+        case And(parts) | Or(parts):
+            for part in parts:
+                yield from _empty(part)
+        case _:
+            pass
 
 
 def _of_state(model: Model, atom: Compare) -> FixedComparison | None:

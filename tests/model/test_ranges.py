@@ -43,6 +43,8 @@ module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
     [
         ("t > 10", ["`t > 10` is false whatever happens: t lies in 0 .. 10"]),
         ("t < 10", []),
+        ("t in 5 .. 3 or n in 4 .. 4", ["`t in 5 .. 3` is false whatever happens: the bounds are swapped"]),
+        ("on and not past(m.r with n in 6 .. 2)", ["`n in 6 .. 2` is false whatever happens: the bounds are swapped"]),
         ("free > 1e300 or on or at == b or used(power) < 99", []),
         ("level(fuel) <= 8", ["`level(fuel) <= 8` is true whatever happens: level(fuel) lies in 0 .. 8"]),
         ("n < 12", ["`n < 12` is true whatever happens: n lies in 0 .. 9"]),
