@@ -144,7 +144,7 @@ class Diagnostic:
 
 
 def capped(reports: Sequence[Diagnostic], gave_up: bool = False) -> tuple[Diagnostic, ...]:
-    """Return the first MAX_REPORTS of these, and one more that says how many there are beyond, if it is all of them."""
+    """Return the first MAX_REPORTS of these, and one that counts the others, at least if we `gave_up`."""
     rest = len(reports) - MAX_REPORTS
     if rest <= 0:
         return tuple(reports)

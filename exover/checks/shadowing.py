@@ -10,6 +10,7 @@ assumption forbids, that is the cause.
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import field, replace
+from functools import cached_property
 from random import Random
 
 from exover.checks.finding import Finding
@@ -103,31 +104,48 @@ class Shadows:
             for observation in (None, *seen):
                 there = state
                 if observation is not None:
-                    tried = self._tried(state, observation)
+                    tried = _Tried(self.reference, self.assumptions, state, observation)
                     yield tried
                     if tried.forbids:
                         continue
                     there = tried.after
                 for request in requests:
                     for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
-                        yield self._tried(there, Ask(request.name, args))
-
-    def _tried(self, state: State, event: Event) -> "_Tried":
-        after, actions = self.reference.step(state, event)
-        model = self.reference.model
-        forbids = [each for each in self.assumptions if is_true(model, event, after, actions, each.formula) is False]
-        return _Tried(state, event, after, actions, tuple(forbids))
+                        yield _Tried(self.reference, self.assumptions, there, Ask(request.name, args))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Tried:
-    """A step, and the assumptions that it breaks."""
+    """A step, which is taken when it is asked what comes of it."""
 
+    reference: Reference
+    assumptions: Sequence[Assumption]
     state: State
     event: Event
-    after: State
-    actions: Answers
-    forbids: tuple[Assumption, ...]
+
+    @cached_property
+    def _outcome(self) -> tuple[State, Answers]:
+        return self.reference.step(self.state, self.event)
+
+    @property
+    def after(self) -> State:
+        """The state after it."""
+        return self._outcome[0]
+
+    @property
+    def actions(self) -> Answers:
+        """What it answers."""
+        return self._outcome[1]
+
+    @cached_property
+    def forbids(self) -> tuple[Assumption, ...]:
+        """The assumptions that it breaks."""
+        model = self.reference.model
+        return tuple(
+            each
+            for each in self.assumptions
+            if is_true(model, self.event, self.after, self.actions, each.formula) is False
+        )
 
 
 @dataclass(frozen=True, slots=True)
