@@ -19,7 +19,17 @@ from exover.model.event import Args, Event
 from exover.model.expression import Cond, Param, Status, operands
 from exover.model.expression import atoms as condition_atoms
 from exover.model.model import Launch, Model, Request
-from exover.model.property import Assumption, Atom, Formula, Happened, Properties, Property, SomeAlways, atoms, parts_of
+from exover.model.property import (
+    Assumption,
+    Atom,
+    Formula,
+    Happened,
+    Properties,
+    Property,
+    SomeAlways,
+    atoms,
+    subformulas,
+)
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
@@ -100,7 +110,7 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
     stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
     for what, formula, where in stated:
         for each in _decided(model, formula):
-            yield f"{where.file}:{where.line}:{where.column}: in {what}, {each}"
+            yield f"{where}: in {what}, {each}"
 
 
 def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
@@ -161,7 +171,7 @@ def _how_broken(prop: Property, trace: Trace | None) -> str:
 def _owed(broken: _Broken, prop: Property) -> list[str]:
     """Return, as one part of a sentence, from which step of a lasso on the conclusion is owed, if actions tell."""
     trace, premise = broken.finding.trace, prop.premise
-    missed = next((each.part for each in _subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
+    missed = next((each.part for each in subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
     if trace is None or premise is None or missed is None:
         return []
     moments: list[tuple[Event | None, Answers]] = [(None, ()), *((each.event, each.actions) for each in trace.moments)]
@@ -176,12 +186,6 @@ def _owed(broken: _Broken, prop: Property) -> list[str]:
     if owed is None:
         return []
     return [f"the premise is true {f'after step {owed}' if owed else 'at the start'}"]
-
-
-def _subformulas(formula: Formula) -> Iterator[Formula]:
-    yield formula
-    for part in parts_of(formula):
-        yield from _subformulas(part)
 
 
 def _named(formula: Formula) -> tuple[list[str], list[str]]:
@@ -236,7 +240,7 @@ def _reachability(broken: _Broken) -> str:
 
 def _assumed(assumption: Assumption) -> str:
     """Return which assumption it is."""
-    return f"the assumption at {assumption.location.file}:{assumption.location.line}:{assumption.location.column}"
+    return f"the assumption at {assumption.location}"
 
 
 def _decide(rules: Sequence[str]) -> str:

@@ -234,12 +234,12 @@ class RuleVerdicts:
             moment += ", the stopping slots taken as idle"
         facts = Facts(self.reference.model, state, scene.imagined)
         scope, slot = NOTHING, instance.slot
-        content = state.slots[slot[0]][slot[1]] if slot else None
-        if slot and not content:  # of who is idle a rule is not true, and has no arguments
-            return self._verdict(instance.rule, demand, moment, (facts.active(slot),), attempts)
-        if slot and content:
-            scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
         own = (facts.active(slot),) if slot and demand != "nothing" else ()
+        if slot:
+            content = state.slots[slot[0]][slot[1]]
+            if content is None:  # of who is idle a rule is not true, and has no arguments
+                return self._verdict(instance.rule, demand, moment, (facts.active(slot),), attempts)
+            scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
         return self._verdict(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
 
     def _verdict(

@@ -21,6 +21,10 @@ class Location:
     line: int
     column: int
 
+    def __str__(self) -> str:
+        """Return it as messages have it."""
+        return f"{self.file}:{self.line}:{self.column}"
+
 
 NOWHERE = Location("", 0, 0)
 

@@ -245,10 +245,14 @@ def parts_of(formula: Formula) -> tuple[Formula, ...]:
 
 def atoms(formula: Formula) -> Iterator[Momentary]:
     """Yield the atoms of a formula in the order of the text."""
-    if isinstance(formula, Momentary):
-        yield formula
+    return (each for each in subformulas(formula) if isinstance(each, Momentary))
+
+
+def subformulas(formula: Formula) -> Iterator[Formula]:
+    """Yield a formula and all that it is made of, in the order of the text, each before those within it."""
+    yield formula
     for part in parts_of(formula):
-        yield from atoms(part)
+        yield from subformulas(part)
 
 
 def momentary(formula: Formula) -> bool:

@@ -137,7 +137,7 @@ def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
 
 def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: dict[Trace, Finding]) -> Iterator[str]:
     where = finding.location
-    place = f" at {where.file}:{where.line}:{where.column}" if where.line else ""
+    place = f" at {where}" if where.line else ""
     yield f"  {finding.subject} {finding.word}{place}: {finding.message}"
     also = ", ".join(f"{other.check} {other.subject}" for other in others)
     if also:

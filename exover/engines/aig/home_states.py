@@ -84,6 +84,11 @@ class HomeSpace:
         """By the variable of a level the event by which it comes to read as in a home state."""
         return {level_name(name): event for name, event in self._observations("observe level")}
 
+    def observations(self) -> Iterator[tuple[str, StepInputs]]:
+        """Yield the events of `posters`, then of `levels`, by name, each made when it is asked for."""
+        yield from self._observations("observe")
+        yield from self._observations("observe level")
+
     def _observations(self, verb: str) -> Iterator[tuple[str, StepInputs]]:
         for kind, event in enumerate(self.encoding.events):
             if event.kind.verb == verb:

@@ -81,9 +81,8 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
     """Return lassos made of steps of the given ones, from which no single step can be dropped, nor two related ones.
 
     All variables come back to what they were, if they do after some turns. Where nothing need happen any more, nothing
-    does. Blocks of steps are dropped, of half a lasso
-    first (Zeller, Hildebrandt 2002), then what speaks of the same; what may be dropped is tried of all lassos side by
-    side, and of what can be dropped as much as can together.
+    does. Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), then what speaks of the same;
+    what may be dropped is tried of all lassos side by side, and of what can be dropped as much as can together.
     """
     machine = machine.exact
     lassos = _turned(machine, found)
@@ -127,8 +126,9 @@ def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> 
         states = chain([initial(machine.latches, 1)], machine.states(steps))
         for count, state in zip(range(len(steps)), states, strict=False):
             here = HomeSpace(machine.encoding, frozenset(node for node, word in state.items() if word))
-            observed = islice(chain(here.posters.values(), here.levels.values()), OBSERVED)
-            tried += [(index, InputLasso(steps[:count], (event,))) for event in observed]
+            tried += [
+                (index, InputLasso(steps[:count], (event,))) for _, event in islice(here.observations(), OBSERVED)
+            ]
     good = [candidate for candidate, is_closed in zip(tried, closed(machine, tried), strict=True) if is_closed]
     return dict(reversed(good))
 

@@ -19,7 +19,7 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     Until,
-    parts_of,
+    subformulas,
 )
 
 
@@ -96,7 +96,5 @@ def _distinct(formula: Formula, seen: set[Formula]) -> Formula:
 
 def temporal(formula: Formula) -> Iterator[Formula]:
     """Yield the temporal operators of a formula as they are numbered: each before those within it."""
-    if isinstance(formula, SomeNext | SomeUntil | SomeAlways | Next | Until):
-        yield formula
-    for part in parts_of(formula):
-        yield from temporal(part)
+    operators = SomeNext | SomeUntil | SomeAlways | Next | Until
+    return (each for each in subformulas(formula) if isinstance(each, operators))
