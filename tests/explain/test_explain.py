@@ -223,7 +223,7 @@ forbid both: (active(m.a) or active(m.c)) and active(m.b) by kill m.a or kill m.
     ]
 
 
-def test_a_rule_of_the_slot_that_is_cleared_for_the_newcomer_says_that_it_is_idle() -> None:
+def test_a_step_that_clears_the_slot_whose_rule_reads_its_parameters_is_explained() -> None:
     spec = Source(
         "s.exo",
         "spec s; poster person: bool = false;"
@@ -232,8 +232,8 @@ def test_a_rule_of_the_slot_that_is_cleared_for_the_newcomer_says_that_it_is_idl
     first, second = (json.dumps({"ask": "base.drive", "args": {"v": v}}) for v in (0.4, 0.5))
     report = '{"report": "base.drive", "outcome": "interrupted"}'
     assert "  launch base.drive(v = 0.5)" in text(first, second, report, spec=spec)
-    told_text = text(first, second, spec=spec)
-    assert "  kill base.drive [base.drive.interrupts.self]" in told_text
+    cleared = text(first, second, spec=spec)
+    assert "  kill base.drive [base.drive.interrupts.self]" in cleared
 
 
 def test_nothing_was_done() -> None:
