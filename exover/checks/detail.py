@@ -46,7 +46,7 @@ SHADOWS = 3
 """So many rules are named that decide before another."""
 GIVEN_UP, NEVER_COMES = "a run gives up the first before the second", "a run never comes to the second"
 """The two ways in which an `until` is violated."""
-SEARCHED = ("rule-use", "reachability")
+SEARCHED = ("rule-use", "reachability", "redundancy")
 """Checks whose causes are looked for in steps near the runs of other findings."""
 
 
@@ -60,15 +60,17 @@ def detailed(
     reference = Reference(model)
     without = WithoutRules(model)
     obstacles = Obstacles(reference, without, [each.formula for each in properties.assumptions], is_late)
-    dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
-    unlaunched = frozenset(e.subject for e in findings if (e.check, e.verdict) == ("reachability", "violated"))
-    looking = shadows(reference, without, properties.assumptions, findings) if dead and not is_late() else None
+    broken = [each for each in findings if each.verdict == "violated"]
+    dead = {each.subject for each in broken if each.check == "rule-use"}
+    searched = [e for e in broken if e.check in SEARCHED and (e.check != "redundancy" or e.subject not in dead)][:RULES]
+    unlaunched = frozenset(each.subject for each in broken if each.check == "reachability")
+    looking = shadows(reference, without, properties.assumptions, findings) if searched and not is_late() else None
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":
             yield finding
         else:
-            near = looking if finding in dead and not is_late() else None
+            near = looking if finding in searched and not is_late() else None
             yield replace(finding, message=add(_Broken(reference, properties, finding, obstacles, near, unlaunched)))
 
 
@@ -222,6 +224,16 @@ def _rule_use(broken: _Broken) -> str:
     return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
 
 
+def _redundancy(broken: _Broken) -> str:
+    """Return which rules decide in its place."""
+    shadowing = broken.near.instead_of(broken.finding.subject) if broken.near else Shadowing()
+    return (
+        f"{broken.finding.message}; in its place {_decide(shadowing.rules)}"
+        if shadowing.rules
+        else broken.finding.message
+    )
+
+
 def _reachability(broken: _Broken) -> str:
     """Return what decides where it is asked."""
     shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
@@ -315,6 +327,7 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
     "completeness": _completeness,
     "property": _property,
     "rule-use": _rule_use,
+    "redundancy": _redundancy,
     "reachability": _reachability,
     "deadlock": _deadlock,
     "lockout": _lockout,

@@ -1,4 +1,5 @@
-"""Which rules decide where a dead one would, and what keeps a request from any launch: shown by steps near runs.
+"""Which rules decide where a dead one would or in the place of a redundant one, and what keeps a request from any
+launch: shown by steps near runs.
 
 That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
@@ -69,12 +70,24 @@ class Shadows:
             if name not in _rules(alone.step(step.state, step.event)[1]):
                 continue
             forbids.update(step.forbids)
-            for other in _rules(step.actions) if not step.forbids else ():
+            for other in dict.fromkeys(_rules(step.actions)) if not step.forbids else ():
                 seen[other] += name in _rules(self.without[other].step(step.state, step.event)[1])
             if seen.total() >= ENOUGH:
                 break
         rules = tuple(rule for rule, count in seen.most_common() if count)
         return Shadowing(rules, (), None if rules else _most(forbids))
+
+    def instead_of(self, name: str) -> "Shadowing":
+        """Return which rules decide where a rule does once it is taken out, the one that does so most often first."""
+        only, seen = _cut(self.reference.model, name.__eq__), Counter[str]()
+        asked = in_question(only)
+        for step in self._steps(only, [each for each in only.requests if asked[each.name]]):
+            named = Counter(_rules(step.actions))
+            if name in named and not step.forbids:
+                seen.update(Counter(_rules(self.without[name].step(step.state, step.event)[1])) - named)
+            if seen.total() >= ENOUGH:
+                break
+        return Shadowing(tuple(rule for rule, _ in seen.most_common()))
 
     def before_launch(self, name: str) -> "Shadowing":
         """Return which rules decide where a request is asked, the one that does so most often first, and those of them
@@ -174,9 +187,9 @@ def shadows(
     return Shadows(reference, without, states[:: -(-len(states) // STATES)], assumptions)
 
 
-def _rules(actions: Sequence[Action]) -> set[str]:
-    """Return which rules actions name."""
-    return {rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)}
+def _rules(actions: Sequence[Action]) -> list[str]:
+    """Return the rules that actions name, one for each."""
+    return [rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)]
 
 
 def _cut(model: Model, keep: Callable[[str], bool]) -> Model:

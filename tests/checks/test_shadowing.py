@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.detail import detailed
+from exover.checks.redundancy import VIOLATED as NEEDLESS
 from exover.checks.rule_use import VIOLATED
 from exover.checks.run import check_all
 from exover.checks.shadowing import Shadows, WithoutRules
@@ -35,6 +36,30 @@ def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> Non
         f"where it would, `{first}` decides" if first else "`wind > 60` is false whatever happens: wind lies in 0 .. 60"
     )
     assert message == f"it never acts: {causes}; correct it or take it out"
+
+
+REDUNDANT = [
+    (
+        "forbid gale: wind > 30 and active(m.b) by kill m.b; forbid storm: wind > 20 and active(m.b) by kill m.b;",
+        {"gale": "`storm` decides"},
+    ),
+    ("mutex one: m.a, m.b by wait; limit two: at most 1 of m.a, m.b by wait;", {"one": "`two` decides"}),
+    (
+        "forbid no: wind > 9 and active(m.b) by kill m.b; forbid nor: wind > 8 and active(m.b) by wait or kill m.b;",
+        {},
+    ),
+]
+
+
+@pytest.mark.parametrize(("rules", "told"), REDUNDANT)
+def test_what_decides_in_the_place_of_a_redundant_rule_is_named(rules: str, told: dict[str, str]) -> None:
+    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    dead = {each.subject for each in findings if each.check == "rule-use" and each.verdict == "violated"}
+    messages = {e.subject: e.message for e in findings if e.check == "redundancy" and e.verdict == "violated"}
+    assert messages.keys() - dead == told.keys()
+    for name, message in messages.items():
+        added = f"; in its place {told[name]}" if name in told else ""
+        assert message == f"{NEEDLESS}{added}"
 
 
 def test_nothing_is_looked_for_when_the_time_is_over() -> None:
@@ -80,6 +105,7 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     for name in dict.fromkeys(names):
         found = looking.of(name)
         assert name not in found.rules and found.assumption is None
+        assert name not in looking.instead_of(name).rules
     for request in model.requests:
         found = looking.before_launch(request.name)
         assert "busy" not in found.rules and set(found.alone) <= set(found.rules) and found.assumption is None
