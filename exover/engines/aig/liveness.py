@@ -98,7 +98,8 @@ class Judging:
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
         latches = encoding.latches
-        self._readings = [frozenset(bit >> 1 for bit in latches.literals[name]) for name in latches.readings]
+        values = (*latches.readings, *latches.held)
+        self._values = [frozenset(bit >> 1 for bit in latches.literals[name]) for name in values]
 
     def wander(self, runs: Sequence[Inputs], asked: Container[int] | None = None) -> None:
         """Look for lassos at random where runs stay already: of all questions or those, by index, that are asked."""
@@ -245,10 +246,10 @@ class Judging:
     def _return(self, place: int) -> None:
         """Ask whether a run comes back to where it was, having seen all signals.
 
-        At first readings and levels need not be as they were; those that are not, on a run that is found, have to be
-        from then on (Clarke, Grumberg, Jha, Lu, Veith 2003).
+        At first readings, levels, arguments and results need not be as they were; those that are not, on a run that is
+        found, have to be from then on (Clarke, Grumberg, Jha, Lu, Veith 2003).
         """
-        free: Sequence[frozenset[int]] | None = self._readings
+        free: Sequence[frozenset[int]] | None = self._values
         while free is not None:
             free = self._come_back(place, free)
 
