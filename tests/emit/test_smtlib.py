@@ -1,6 +1,7 @@
 """What is asked, as SMT-LIB 2: Z3 reads the text, and its answers are those of the checks."""
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from time import monotonic
@@ -11,6 +12,9 @@ from exover.checks import claims
 from exover.checks.run import check_all
 from exover.cli.main import main
 from exover.emit import smtlib
+from exover.engines.smt.ag_ef import AlwaysPossible
+from exover.engines.smt.solver import Inconclusive
+from exover.engines.smt.unrolling import Taken
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load_properties
 from exover.source import Source
@@ -47,6 +51,7 @@ property trap: from past(m.long) possible launched(m.lost);
 property cooled: ltl G (hot -> F (!hot));
 property long_first: ctl A [!active(m.short) U active(m.long)];
 """
+Ways = list[Sequence[Taken]] | None
 SAYS = re.compile(r"\b((?:all )?(?:un)?sat): (it holds|it is violated)")
 VERDICTS = {"it holds": "holds", "it is violated": "violated"}
 
@@ -149,6 +154,29 @@ def test_a_process_writes_the_same_again(tmp_path: Path, run: Run) -> None:
         assert run("emit", "flawed.exo", "--target", "smt2", "--out", out).returncode == 0
     first, second = ((tmp_path / out / "flawed.smt2").read_text() for out in ("1", "2"))
     assert first == second and "way 0|" in first
+
+
+def test_where_a_search_is_cut_off_changes_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time of a search ends sooner on one machine than on another; ways of later questions are the same."""
+    made, ways = compiled(model_of(STARVING)), AlwaysPossible.ways
+    said = tuple(claims(made.model, NO_PROPERTIES))
+    texts = []
+    for is_late in (False, True):
+        searches: list[AlwaysPossible] = []
+
+        def cut_off(search: AlwaysPossible, searches: list[AlwaysPossible] = searches, at_once: bool = is_late) -> Ways:
+            searches.append(search)
+            if len(searches) > 1:
+                return ways(search)
+            if not at_once:
+                ways(search)
+            raise Inconclusive("time limit")
+
+        monkeypatch.setattr(AlwaysPossible, "ways", cut_off)
+        (artefact,) = smtlib.emit(made, NO_PROPERTIES, said, made.model.name)
+        assert len(searches) > 5
+        texts.append(artefact.content.decode())
+    assert texts[0] == texts[1] and "way 0|" in texts[0]
 
 
 def test_a_spec_that_fails_can_be_asked_about(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.justice_ranking import JusticeRanking
 from exover.engines.smt.questions import Asked, ClaimQuestions, Course, Goal, StuckQuestion, meaning
-from exover.engines.smt.solver import Clock, Inconclusive, Prover
+from exover.engines.smt.solver import Clock, Inconclusive, Prover, forget
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
@@ -22,8 +22,8 @@ DEPTH = 4
 """So many steps the runs have that are to come somewhere."""
 LASSO = 6
 """So many steps the runs have that repeat themselves."""
-SECONDS = 20.0
-"""The time for looking for ways that lead on from everywhere."""
+SECONDS, TOGETHER = 20.0, 120.0
+"""The time for looking for ways that lead on from everywhere, of a question at most, and of all questions together."""
 Define = Callable[[str, Formula], Iterator[str]]
 """Writes the definition of a predicate on states."""
 
@@ -55,13 +55,20 @@ def inputs_of(system: System) -> tuple[Term, ...]:
     return tuple(dict.fromkeys(each.var for move in system.moves for each in move.inputs))
 
 
+def share(found: Iterable[ClaimQuestions | str]) -> float:
+    """Return the seconds for looking for ways that each question about them has, those of all claims being these."""
+    parts = [part for each in found if not isinstance(each, str) for part in each.parts]
+    return min(SECONDS, TOGETHER / max(1, sum(isinstance(part, StuckQuestion) for part in parts)))
+
+
 @dataclass
 class Asker:
-    """Writes the questions about one system; `define` writes predicates."""
+    """Writes the questions about one system; `define` writes predicates. `seconds`: to look for the ways of each."""
 
     system: System
     prover: Prover
     define: Define
+    seconds: float
 
     def questions(self, claim: Claim, found: ClaimQuestions | str) -> Iterator[str]:
         """Yield what is asked of a claim."""
@@ -127,10 +134,13 @@ class Asker:
         yield "(check-sat)\n(pop 1)"
 
     def _found(self, ways: StuckQuestion) -> list[Sequence[Taken]] | None:
+        """Return ways that lead on from everywhere, if some are found; those of no other question matter."""
         if ways.wanted:
             return None
+        forget()
+        self.prover.begin_anew()
         try:
-            clock = Clock(min(monotonic() + SECONDS, self.prover.clock.deadline))
+            clock = Clock(min(monotonic() + self.seconds, self.prover.clock.deadline))
             return AlwaysPossible(self.system, ways.stuck, clock, endless=False).ways()
         except Inconclusive:
             return None

@@ -111,6 +111,10 @@ class Prover:
     _solver: Any = None
     _translation: Translation = field(default_factory=Translation)
 
+    def begin_anew(self) -> None:
+        """Drop what the solver was told, for it is to `forget`."""
+        self._solver, self._translation = None, Translation()
+
     def satisfiable(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> bool:
         """Return whether the terms can be true together where `known` is; true if the solver does not know."""
         return self.model(terms, known) is not None

@@ -11,7 +11,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.questions import questions
-from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted
+from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted, share
 from exover.engines.smt.solver import Clock
 from exover.engines.smt.system import System
 from exover.loop.claim import Claim
@@ -97,9 +97,10 @@ class _Writer:
         yield from self._definitions()
         if self.system.properties.assumptions:
             yield from self._assumptions()
-        asker = Asker(self.system, self.system.steps.prover, self.predicate)
-        for claim in claims:
-            yield from asker.questions(claim, questions(claim))
+        asked = [questions(claim) for claim in claims]
+        asker = Asker(self.system, self.system.steps.prover, self.predicate, share(asked))
+        for claim, found in zip(claims, asked, strict=True):
+            yield from asker.questions(claim, found)
 
     def _records(self) -> Iterator[str]:
         yield "\n; A state, and what the last step did (`happened`)."
