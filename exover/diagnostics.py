@@ -178,7 +178,8 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
 def render_all(diagnostics: Iterable[Diagnostic], source: Source) -> str:
     """Return the diagnostics one below the other, each with its advice, and last where to read more."""
     found = [replace(diagnostic, help=diagnostic.advice) for diagnostic in diagnostics]
-    codes = dict.fromkeys(diagnostic.code for diagnostic in found if page(diagnostic.code))
+    errors_first = sorted(found, key=lambda each: each.severity != "error")
+    codes = dict.fromkeys(diagnostic.code for diagnostic in errors_first if page(diagnostic.code))
     more = [f"`exover explain {next(iter(codes))}` tells more"] if codes else []
     return "\n\n".join([*(render(diagnostic, source) for diagnostic in found), *more])
 

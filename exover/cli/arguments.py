@@ -236,7 +236,7 @@ def _swap(verbs: Any) -> None:
     swap.add_argument("old", metavar="OLD", help="the spec whose tables run, an .exo file")
     swap.add_argument("new", metavar="NEW", help="the spec whose tables shall run, an .exo file")
     swap.add_argument("--out", metavar="MAP", required=True, help="the file to write the map to, for exover_swap")
-    _limits(swap)
+    _resources(swap)
 
 
 def _emit(verbs: Any) -> None:
@@ -334,7 +334,7 @@ def _import(verbs: Any) -> None:
     found.add_argument("files", metavar="FILE", nargs="+", help="a .gen file; with --ros .action, .srv and .msg files")
     found.add_argument("--ros", action="store_true", help="the files are definitions of ROS 2 (extra exover[ros])")
     found.add_argument("--out", metavar="PART", help="the file to write to (default: standard output)")
-    found.add_argument("--name", metavar="NAME", help="the name of the part (default: that of the file)")
+    found.add_argument("--name", metavar="NAME", help="the name of the part (default: that of PART, else of FILE)")
     found.add_argument("--spec", action="store_true", help="a spec instead of a part")
     found.add_argument(
         "-I",
@@ -386,7 +386,9 @@ def _help(verbs: Any) -> None:
 def _limits(parser: argparse.ArgumentParser) -> None:
     """Add what every verb takes that checks: what is assumed and asked besides, and how long it may take."""
     parser.add_argument(
-        "--properties", metavar="FILE", help="the properties (default: properties/NAME.prop, NAME.prop)"
+        "--properties",
+        metavar="FILE",
+        help="the properties (default: the .prop file of the spec, beside it, in properties/ or in ../properties/)",
     )
     _resources(parser)
 

@@ -15,7 +15,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Print what was verified and return 0; 1 if something is not so, 3 if that is more than can be found out."""
     if arguments.table is None and arguments.spec is None:
         raise CliError(
-            "say with --table which tables the certificate is about, or with --spec what the tables should be"
+            "a certificate needs the tables that it is about: add --table TABLE; "
+            "tables need the spec whose rules they should be: add --spec SPEC"
         )
     table = _table(arguments.table or arguments.file)
     status = ExitStatus.OK if arguments.spec is None else _rules(arguments, table)

@@ -53,7 +53,7 @@ def test_what_cannot_be_read_is_the_users_mistake(run, spec, tmp_path):
         (("bad.cert", "--table", "out/demo.bin"), "bad.cert cannot be read as a certificate: it is not JSON"),
         (("gone.cert", "--table", "out/demo.bin"), "cannot read gone.cert"),
         (("bad.cert", "--table", "gone.bin"), "cannot read gone.bin"),
-        (("out/demo.bin",), "say with --table"),
+        (("out/demo.bin",), "add --table TABLE"),
         (("gone.c", "--spec", "demo.exo"), "cannot read gone.c"),
         (("out/demo.bin", "--spec", "gone.exo"), "cannot read gone.exo"),
     ):
