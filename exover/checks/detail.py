@@ -226,12 +226,8 @@ def _rule_use(broken: _Broken) -> str:
 
 def _redundancy(broken: _Broken) -> str:
     """Return which rules decide in its place."""
-    shadowing = broken.near.instead_of(broken.finding.subject) if broken.near else Shadowing()
-    return (
-        f"{broken.finding.message}; in its place {_decide(shadowing.rules)}"
-        if shadowing.rules
-        else broken.finding.message
-    )
+    rules = broken.near.instead_of(broken.finding.subject) if broken.near else ()
+    return "; ".join([broken.finding.message, *([f"in its place {_decide(rules)}"] if rules else [])])
 
 
 def _reachability(broken: _Broken) -> str:

@@ -77,7 +77,7 @@ class Shadows:
         rules = tuple(rule for rule, count in seen.most_common() if count)
         return Shadowing(rules, (), None if rules else _most(forbids))
 
-    def instead_of(self, name: str) -> "Shadowing":
+    def instead_of(self, name: str) -> tuple[str, ...]:
         """Return which rules decide where a rule does once it is taken out, the one that does so most often first."""
         only, seen = _cut(self.reference.model, name.__eq__), Counter[str]()
         asked = in_question(only)
@@ -87,7 +87,7 @@ class Shadows:
                 seen.update(Counter(_rules(self.without[name].step(step.state, step.event)[1])) - named)
             if seen.total() >= ENOUGH:
                 break
-        return Shadowing(tuple(rule for rule, _ in seen.most_common()))
+        return tuple(rule for rule, _ in seen.most_common())
 
     def before_launch(self, name: str) -> "Shadowing":
         """Return which rules decide where a request is asked, the one that does so most often first, and those of them

@@ -112,7 +112,7 @@ class Prover:
     _translation: Translation = field(default_factory=Translation)
 
     def begin_anew(self) -> None:
-        """Drop what the solver was told, for it is to `forget`."""
+        """Drop all expressions, for the solver is told to `forget` them: it is told everything again when asked."""
         self._solver, self._translation = None, Translation()
 
     def satisfiable(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> bool:

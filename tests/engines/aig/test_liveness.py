@@ -13,7 +13,7 @@ from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLass
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
 from exover.loop.formula_classes import path_of
-from exover.model.expression import Last
+from exover.model.expression import And, Cond, Last
 from exover.model.model import Model
 from exover.model.property import (
     NO_PROPERTIES,
@@ -198,6 +198,7 @@ TWICE = """spec s; module m {
 ROUND = TWICE.replace("request b", "request c() { check third: st == three; on launch set st = one; } request b")
 
 
+ALWAYS = And(())
 RISING = """spec s; module m {
     request a(v: int in 0 .. 2) { check up: not past(m.a with v >= self.v); }
     request b() { check never: past(m.b); }
@@ -209,16 +210,16 @@ FALLING = RISING.replace("never: past(m.b)", "risen: past(m.a with v == 2)").rep
 
 
 @pytest.mark.parametrize(
-    ("spec", "kind", "free"),
+    ("spec", "how", "kind", "free"),
     [
-        (TWICE, NoLasso, [1]),
-        (ROUND, ShownLasso, [1, 0]),
-        (RISING, NoLasso, [3, 2]),
-        (FALLING, ShownLasso, [3, 2]),
+        (TWICE, ALWAYS, NoLasso, [1, 0]),
+        (ROUND, ALWAYS, ShownLasso, [1, 0]),
+        (RISING, Last("m.a", "ok"), NoLasso, [3, 2]),
+        (FALLING, Last("m.a", "ok"), ShownLasso, [3, 2]),
     ],
 )
 def test_values_that_differ_on_a_return_are_compared_then(
-    spec: str, kind: type, free: list[int], monkeypatch: pytest.MonkeyPatch
+    spec: str, how: Cond, kind: type, free: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Once `m.a` has ended all flags are as they were; that a request ends is possible once more, or for ever."""
     asked: list[int] = []
@@ -232,7 +233,7 @@ def test_values_that_differ_on_a_return_are_compared_then(
     monkeypatch.setattr(Judging, "_count", only_returns)
     monkeypatch.setattr(Judging, "_come_back", counted)
     monkeypatch.setattr(Judging, "_back_to", lambda judging, place, run: None)
-    ends = Disjunction(tuple(Conjunction((Happened("ended", r), Atom(Last(r, "ok")))) for r in ("m.a", "m.b")))
-    question = LassoQuestion(always(finally_(ends)), False)
+    ends = Disjunction((Happened("ended", "m.a"), Happened("ended", "m.b")))
+    question = LassoQuestion(always(finally_(Conjunction((ends, Atom(how))))), False)
     assert isinstance(judged(compiled(model_of(spec)), NO_PROPERTIES, [question])[1][0], kind)
     assert asked == free
