@@ -10,18 +10,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from functools import partial
 
-from exover.checks.near_events import onward
-from exover.checks.shadowing import WithoutRules
+from exover.checks.near_events import least_arguments, onward
+from exover.checks.shadowing import Tried, WithoutRules
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
-from exover.model.event import Args
+from exover.model.event import Args, Ask
 from exover.model.model import Effect, Forget, Launch, Model, Request, SetState
-from exover.model.property import Formula
+from exover.model.property import Assumption
 from exover.model.reads import Read, reads, rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.types import least
 
 ENOUGH = 5
 """So often a rule has to stand alone in the way to be believed to be what stays."""
@@ -38,29 +37,39 @@ class Blocked:
     refused: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Forbidden:
+    """A request whose ask with these arguments would be launched in a state, but an assumption forbids the step."""
+
+    request: Request
+    args: Args
+    assumption: Assumption
+
+
 @dataclass
 class Obstacles:
     """Finds what keeps requests from launches. Only steps are looked at after which the assumptions are true."""
 
     reference: Reference
     without: WithoutRules
-    assumptions: Sequence[Formula]
+    assumptions: Sequence[Assumption]
     is_late: Callable[[], bool] = lambda: False
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
         """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing."""
         request, place = self.reference.model.request[name], state.places[name]
-        args = place.args if place else tuple(least(each.type) for each in request.params)
+        args = place.args if place else least_arguments(request)
         decision = self.reference.decide(state, request, args)
         if decision.reason is None:
             return None
         return Blocked(request, args, decision.reason, place is not None, decision.verdict == "reject")
 
     def lasting(self, state: State, name: str) -> State | None:
-        """Return a state that random runs come to from one, where a rule stands alone in the way of a request.
+        """Return a state that random runs come to from one, where a rule stands alone in the way of a request, or none.
 
-        It is the first of the rule that does so most often; None if none does, or it is late.
+        If some state has no rule in its way, it is the first such, else the first of the rule that stands alone most
+        often; None if there is neither, or it is late.
         """
         key = state.key(), name
         if key not in self._lasting and not self.is_late():
@@ -75,28 +84,49 @@ class Obstacles:
                 continue
             seen.add(key)
             found = self.blocked(state, name)
-            if found is None or found.reason == BUSY:
+            if found is None:
+                return state
+            if found.reason == BUSY:
                 continue
             rule = found.reason.rule
-            if self.without.launches(state, name, found.args, rule):
+            launch = self.without.launch(self.assumptions, state, Ask(name, found.args), rule)
+            if launch is not None and not launch.forbids:
                 alone[rule] += 1
                 first.setdefault(rule, state)
                 if alone[rule] >= ENOUGH:
                     break
         return first[alone.most_common(1)[0][0]] if alone else None
 
-    def chain(self, state: State, first: Blocked) -> Iterator[tuple[State, Blocked | Launch]]:
+    def forbidden(self, state: State, name: str) -> Forbidden | None:
+        """Return the assumption that forbids the ask of a request with its least arguments; None if none does."""
+        request = self.reference.model.request[name]
+        args = least_arguments(request)
+        forbids = Tried(self.reference, self.assumptions, state, Ask(name, args)).forbids
+        return Forbidden(request, args, forbids[0]) if forbids else None
+
+    def stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
+        """Return what keeps a request from a launch whatever is mended, and a state in which it does: by what the
+        request waits, else the rule that stands alone in its way, or the assumption; None if there is nothing.
+        """
+        now = self.blocked(state, name)
+        if now is not None and now.waits:
+            return state, now
+        later = self.lasting(state, name) or state
+        last = self.blocked(later, name) or self.forbidden(later, name)
+        return (later, last) if last is not None else (state, now)
+
+    def chain(self, state: State, name: str) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
         """Yield what keeps a request from a launch, then of what would mend that what cannot start either, those that
         wait first, and launch rules that require again what it is held up by; each with the state in which that is so.
         """
         model = self.reference.model
-        told, left = {first.request.name}, deque([(state, first)])
+        told, left = {name}, deque([(state, name)])
         while left:
-            there, link = left.popleft()
-            if not link.waits and link is not first:
-                there = self.lasting(there, link.request.name) or there
-                link = self.blocked(there, link.request.name) or link
-            yield there, link
+            there, link = self.stays(*left.popleft())
+            if link is not None:
+                yield there, link
+            if not isinstance(link, Blocked):
+                continue
             read = set(reason_reads(model, there, link.request, link.reason))
             again = [each for each in model.launches if Read("active", each.request) in read and each.name not in told]
             again = [each for each in again if there.active([each.request]) and holds(model, there, each.condition)]
@@ -112,8 +142,8 @@ class Obstacles:
                 other = self.blocked(there, each.name) if mends else None
                 if other is not None:
                     told.add(each.name)
-                    found.append((there, other))
-            left += sorted(found, key=lambda each: not each[1].waits)
+                    found.append(other)
+            left += [(there, each.request.name) for each in sorted(found, key=lambda each: not each.waits)]
 
     def is_mended(self, link: Blocked, state: State) -> bool:
         """Return whether a request would not be blocked in a state for the reason for which it is."""

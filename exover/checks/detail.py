@@ -5,9 +5,9 @@ from dataclasses import replace
 from functools import cached_property
 from itertools import islice, takewhile
 
-from exover.checks.blocking import Blocked, Obstacles, reason_reads
+from exover.checks.blocking import Blocked, Forbidden, Obstacles, reason_reads
 from exover.checks.finding import Finding
-from exover.checks.near_events import is_true
+from exover.checks.near_events import is_true, least_arguments
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
 from exover.checks.rule_use import ADVICE, NEVER
@@ -35,7 +35,6 @@ from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Answers, Trace, end_of, visited
-from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
 MOST = 6
@@ -59,7 +58,7 @@ def detailed(
     """
     reference = Reference(model)
     without = WithoutRules(model)
-    obstacles = Obstacles(reference, without, [each.formula for each in properties.assumptions], is_late)
+    obstacles = Obstacles(reference, without, properties.assumptions, is_late)
     broken = [each for each in findings if each.verdict == "violated"]
     dead = {each.subject for each in broken if each.check == "rule-use"}
     searched = [e for e in broken if e.check in SEARCHED and (e.check != "redundancy" or e.subject not in dead)][:RULES]
@@ -240,7 +239,8 @@ def _reachability(broken: _Broken) -> str:
         parts.append(f"where it is asked, {_decide(shadowing.rules)}")
     if shadowing.alone:
         without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
-        parts.append(f"without {without} it would be launched there")
+        forbidden = f"only in steps that {_assumed(shadowing.assumption)} forbids" if shadowing.assumption else "there"
+        parts.append(f"without {without} it would be launched {forbidden}")
     elif shadowing.assumption:
         parts.append(f"it would be launched only in steps that {_assumed(shadowing.assumption)} forbids")
     return "; ".join(parts)
@@ -271,7 +271,7 @@ def _held_up(broken: _Broken, state: State, name: str) -> list[str]:
     found = broken.obstacles.blocked(state, name)
     if found is None:
         return []
-    links = broken.obstacles.chain(state, found)
+    links = broken.obstacles.chain(state, name)
     told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
     return [_link(broken, there, each) for there, each in told] + _elsewhere(broken, found)
 
@@ -294,7 +294,7 @@ def _deadlock(broken: _Broken) -> str:
     first = None if state is None else broken.obstacles.blocked(state, name)
     if state is None or first is None:
         return broken.finding.message
-    return f"{broken.finding.message}; {_chain(broken, state, first)}"
+    return f"{broken.finding.message}; {_chain(broken, state, name)}"
 
 
 def _lockout(broken: _Broken) -> str:
@@ -302,21 +302,18 @@ def _lockout(broken: _Broken) -> str:
     state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
         return _deadlock(broken)
-    ask = _asked(request, tuple(least(each.type) for each in request.params))
-    unasked = f"{ask} would be launched, but the assumptions leave no such step"
+    unasked = f"{_asked(request, least_arguments(request))} would be launched, but the assumptions leave no such step"
     return "; ".join([broken.finding.message, *(_stuck(broken, state, request.name) or [unasked])])
 
 
 def _stuck(broken: _Broken, state: State, name: str) -> list[str]:
     """Return what keeps a request from a launch from a state on, as one part of a sentence, if something does."""
     obstacles = broken.obstacles
-    first = obstacles.blocked(state, name)
-    later = state if first is not None and first.waits else obstacles.lasting(state, name) or state
-    last = first if later is state else obstacles.blocked(later, name)
+    _, last = obstacles.stays(state, name)
     if last is None:
         return []
-    mended = "once all else is mended, " if obstacles.is_mended(last, state) else ""
-    return [f"{mended}{_chain(broken, later, last)}"]
+    mended = "once all else is mended, " if isinstance(last, Blocked) and obstacles.is_mended(last, state) else ""
+    return [f"{mended}{_chain(broken, state, name)}"]
 
 
 DETAILS: Mapping[str, Callable[[_Broken], str]] = {
@@ -334,26 +331,31 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
 # ---- moments in words ----
 
 
-def _chain(broken: _Broken, state: State, first: Blocked) -> str:
+def _chain(broken: _Broken, state: State, name: str) -> str:
     """Return what keeps a request from a launch in a state, and what would mend that and cannot be either."""
-    links = islice(broken.obstacles.chain(state, first), LINKS)
+    links = islice(broken.obstacles.chain(state, name), LINKS)
     return "; ".join(_link(broken, there, each) for there, each in links)
 
 
-def _link(broken: _Broken, state: State, link: Blocked | Launch) -> str:
+def _link(broken: _Broken, state: State, link: Blocked | Forbidden | Launch) -> str:
     if isinstance(link, Launch):
         return f"launch rule `{link.name}` requires `{link.request}` there"
+    asked = _asked(link.request, link.args)
+    if isinstance(link, Forbidden):
+        return f"{asked} would be launched, but {_assumed(link.assumption)} forbids the step"
     by = _reason(broken.model, state, link)
+    if broken.end is not None and by != _reason(broken.model, broken.end, link):
+        by = _reason(broken.model, state, link, "in a later state")
     if link.waits and broken.end is not None and broken.end.places[link.request.name]:
         return f"`{link.request.name}` waits by {by}"
-    return f"{_asked(link.request, link.args)} is {'refused' if link.refused else 'kept waiting'} by {by}"
+    return f"{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
 
 
 def _asked(request: Request, args: Args) -> str:
     return f"`{request.name}({named_text(request.params, args)})`"
 
 
-def _reason(model: Model, state: State, link: Blocked) -> str:
+def _reason(model: Model, state: State, link: Blocked, where: str = "there") -> str:
     """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
 
     Of a consumable it is the level.
@@ -366,7 +368,7 @@ def _reason(model: Model, state: State, link: Blocked) -> str:
         values = bind(request.params, link.args)
         given += [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
-    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given)])
+    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given, where)])
 
 
 def _there(state: State, read: Iterable[Read], given: Sequence[str] = (), where: str = "there") -> list[str]:

@@ -7,7 +7,7 @@ from exover.model.evaluate import holds
 from exover.model.event import ENDINGS, Ask, Event, Killed, Launched, Observe, Report
 from exover.model.expression import Compare, Cond, Const, Reading, atoms
 from exover.model.model import Model, Request
-from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
+from exover.model.property import Assumption, Atom, Conjunction, Disjunction, Formula, Happened, Negation
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Answers
@@ -63,6 +63,11 @@ def arguments(request: Request, random: Random) -> tuple[Value, ...]:
     return tuple(_any(parameter.type, random) for parameter in request.params)
 
 
+def least_arguments(request: Request) -> tuple[Value, ...]:
+    """Return the least arguments of a request."""
+    return tuple(least(parameter.type) for parameter in request.params)
+
+
 def _any(kind: Type, random: Random) -> Value:
     match kind:
         case Bool():
@@ -76,7 +81,7 @@ def _any(kind: Type, random: Random) -> Value:
             return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest
 
 
-def onward(reference: Reference, state: State, assumptions: Sequence[Formula] = ()) -> Iterator[State]:
+def onward(reference: Reference, state: State, assumptions: Sequence[Assumption] = ()) -> Iterator[State]:
     """Yield the state and others that random runs come to from there, by reports, observations and asks.
 
     Only steps are taken after which the assumptions are seen to be true.
@@ -89,7 +94,7 @@ def onward(reference: Reference, state: State, assumptions: Sequence[Formula] = 
         for _ in range(STEPS):
             event = _event(model, here, seen, random)
             after, actions = reference.step(here, event)
-            if all(is_true(model, event, after, actions, each) for each in assumptions):
+            if all(is_true(model, event, after, actions, each.formula) for each in assumptions):
                 here = after
                 yield here
 

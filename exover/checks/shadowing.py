@@ -5,7 +5,7 @@ That a rule never acts is proved by engines. There are two causes: it is never c
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
 not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
 is never launched, and is without one of the rules that decide where it is asked. If it would act only in steps that an
-assumption forbids, that is the cause.
+assumption forbids, that is the cause, or is beside the rule.
 """
 
 from collections import Counter
@@ -18,7 +18,7 @@ from exover.checks.finding import Finding
 from exover.checks.near_events import arguments, is_true, observations
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
-from exover.model.event import Action, Args, Ask, Event
+from exover.model.event import Action, Ask, Event
 from exover.model.model import Model, Request
 from exover.model.property import Assumption
 from exover.model.reads import in_question
@@ -43,10 +43,12 @@ class WithoutRules:
             self._made[rule] = Reference(_cut(self.model, rule.__ne__))
         return self._made[rule]
 
-    def launches(self, state: State, name: str, args: Args, rule: str) -> bool:
-        """Return whether a request would start in a state but for the rule."""
+    def launch(self, assumptions: Sequence[Assumption], state: State, ask: Ask, rule: str) -> "Tried | None":
+        """Return the step of an ask that would be launched but for the rule; None if it would not be."""
         other = self[rule]
-        return other.decide(state, other.model.request[name], args).verdict == "launch"
+        if other.decide(state, other.model.request[ask.request], ask.args).verdict != "launch":
+            return None
+        return Tried(other, assumptions, state, ask)
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class Shadows:
                 continue
             forbids.update(step.forbids)
             for other in dict.fromkeys(_rules(step.actions)) if not step.forbids else ():
-                seen[other] += name in _rules(self.without[other].step(step.state, step.event)[1])
+                again = replace(step, reference=self.without[other])
+                seen[other] += name in _rules(again.actions) and not again.forbids
             if seen.total() >= ENOUGH:
                 break
         rules = tuple(rule for rule, count in seen.most_common() if count)
@@ -84,17 +87,19 @@ class Shadows:
         for step in self._steps(only, [each for each in only.requests if asked[each.name]]):
             named = Counter(_rules(step.actions))
             if name in named and not step.forbids:
-                seen.update(Counter(_rules(self.without[name].step(step.state, step.event)[1])) - named)
+                again = replace(step, reference=self.without[name])
+                seen.update(Counter(_rules(again.actions)) - named if not again.forbids else ())
             if seen.total() >= ENOUGH:
                 break
         return tuple(rule for rule, _ in seen.most_common())
 
     def before_launch(self, name: str) -> "Shadowing":
         """Return which rules decide where a request is asked, the one that does so most often first, and those of them
-        that now and then stand alone in the way of a launch; if none does, the assumption that forbids a launch.
+        that now and then stand alone in the way of a launch; if none does, the assumption that forbids a launch, beside
+        the rules that stand alone in the way of one that it forbids.
         """
-        model, seen, alone = self.reference.model, Counter[str](), Counter[str]()
-        request, forbids = model.request[name], Counter[Assumption]()
+        model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
+        request, forbids, forbids_without = model.request[name], Counter[Assumption](), Counter[Assumption]()
         for step in self._steps(model, [request]):
             if not isinstance(step.event, Ask):
                 continue
@@ -104,12 +109,18 @@ class Shadows:
             elif reason != BUSY and not step.forbids:
                 seen[reason.rule] += 1
                 if alone[reason.rule] < ENOUGH:
-                    alone[reason.rule] += self.without.launches(step.state, name, step.event.args, reason.rule)
+                    launch = self.without.launch(self.assumptions, step.state, step.event, reason.rule)
+                    if launch is not None:
+                        (beside if launch.forbids else alone)[reason.rule] += 1
+                        forbids_without.update(launch.forbids)
         rules = tuple(rule for rule, _ in seen.most_common())
-        lone = tuple(rule for rule in rules if alone[rule])
-        return Shadowing(rules, lone, None if lone else _most(forbids))
+        if alone.total():
+            return Shadowing(rules, tuple(rule for rule in rules if alone[rule]))
+        if forbids:
+            return Shadowing(rules, (), _most(forbids))
+        return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), _most(forbids_without))
 
-    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["_Tried"]:
+    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["Tried"]:
         """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
         random = Random(0)
         seen = list(observations(only))
@@ -117,18 +128,18 @@ class Shadows:
             for observation in (None, *seen):
                 there = state
                 if observation is not None:
-                    tried = _Tried(self.reference, self.assumptions, state, observation)
+                    tried = Tried(self.reference, self.assumptions, state, observation)
                     yield tried
                     if tried.forbids:
                         continue
                     there = tried.after
                 for request in requests:
                     for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
-                        yield _Tried(self.reference, self.assumptions, there, Ask(request.name, args))
+                        yield Tried(self.reference, self.assumptions, there, Ask(request.name, args))
 
 
 @dataclass(frozen=True)
-class _Tried:
+class Tried:
     """A step, which is taken when it is asked what comes of it."""
 
     reference: Reference

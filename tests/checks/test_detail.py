@@ -104,9 +104,52 @@ def test_what_waits_is_told_with_its_rule_and_who_holds_it() -> None:
 def test_what_can_never_be_launched_again_is_told_with_what_refuses_it() -> None:
     said = {key: each.message.partition("; ")[2] for key, each in found(SPEC).items()}
     assert said["lockout", "c.never_so"] == "`c.never_so(k = 2)` is refused by `c.never_so.closed`, there past(a.left)"
-    assumed = found(SPEC, "for s; assume never asked(a.left) and past(m.cool);")
-    message = assumed["lockout", "a.left"].message
-    assert message.endswith("; `a.left()` would be launched, but the assumptions leave no such step")
+
+
+@pytest.mark.parametrize(
+    ("assumed", "told"),
+    [
+        ("never asked(a.left) and past(m.cool)", "the assumption at s.prop:1:8 forbids the step"),
+        ("never asked(a.left) and not rejected(a.left)", "the assumptions leave no such step"),
+    ],
+)
+def test_what_only_assumptions_keep_from_a_launch_is_told_so(assumed: str, told: str) -> None:
+    properties = f"for s; assume {assumed}; property p: always possible active(a.left);"
+    findings = found(SPEC, properties)
+    would = f"; `a.left()` would be launched, but {told}"
+    assert findings["lockout", "a.left"].message.endswith(would)
+    assert findings["property", "p"].message.endswith(would if "forbids" in told else "; there not active(a.left)")
+
+
+def test_a_rule_may_stand_in_the_way_of_what_an_assumption_forbids_all_the_same() -> None:
+    spec = "spec s; poster ready: bool = true; module m { request reset() { check is_ready: ready; } }"
+    findings = found(spec, "for s; assume never asked(m.reset) and active(m.reset);")
+    forbids = "the assumption at s.prop:1:8 forbids"
+    assert findings["reachability", "m.reset"].message.endswith(f"; it would be launched only in steps that {forbids}")
+    would = f"; `m.reset()` would be launched, but {forbids} the step"
+    assert findings["lockout", "m.reset"].message.endswith(would)
+
+
+def test_an_assumption_that_forbids_what_would_mend_it_is_told() -> None:
+    spec = """spec s; poster free: bool = true; latch stop: when not free until m.reset;
+    module m { request reset() { check free; } request go() { check clear: not stop; } }"""
+    said = found(spec, "for s; assume never asked(m.reset) and active(m.reset);")["lockout", "m.go"].message
+    assert said.endswith(
+        "; `m.go()` is refused by `m.go.clear`, there stop == true; "
+        "`m.reset()` would be launched, but the assumption at s.prop:1:8 forbids the step"
+    )
+
+
+def test_what_a_state_after_the_run_has_is_not_told_as_if_it_were_its_end() -> None:
+    spec = """spec s;
+    module m {
+        state up: bool = false; state at: int in 0 .. 3 = 0;
+        request step() { on launch set up = true; on launch set at = 3; }
+        request sing() { check lit: up; check low: at == 2; }
+    }"""
+    said = found(spec)["lockout", "m.sing"].message
+    told = "once all else is mended, `m.sing()` is refused by `m.sing.low`, in a later state m.at == 3"
+    assert said.endswith(f"; {told}")
 
 
 STUCK = """spec s; poster dark: bool = true; latch alarm: when dark until m.reset;
