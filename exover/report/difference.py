@@ -29,8 +29,9 @@ def _lines(compared: Compared) -> Iterator[str]:
         yield from (f"  {line}" for line in run_lines(compared, each))
     for prop in in_both(compared):
         yield property_title(prop)
-    for undecided in compared.undecided:
-        yield f"{undecided.change.subject} {undecided.change.word}: unknown, {undecided.reason}"
+    for reason, unknown in unknown_by_reason(compared).items():
+        yield f"unknown, {reason}:"
+        yield from (f"  {change_text(change)}" for change in unknown)
     if compared.differences or in_both(compared) or compared.undecided:
         yield ""
     yield last_line(compared)
@@ -38,10 +39,22 @@ def _lines(compared: Compared) -> Iterator[str]:
 
 def title(difference: Difference) -> str:
     """Return what changes, and how long the run is that shows it."""
-    change, count = difference.change, len(difference.steps)
-    where = f", where {WEAKER}" if change.weaker else ""
+    count = len(difference.steps)
     length = f"{count} step{'' if count == 1 else 's'}"
-    return f"{change.subject} {change.word}{where} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
+    return f"{change_text(difference.change)} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
+
+
+def change_text(change: AnswerChange) -> str:
+    """Return what changes."""
+    return f"{change.subject} {change.word}{f', where {WEAKER}' if change.weaker else ''}"
+
+
+def unknown_by_reason(compared: Compared) -> dict[str, list[AnswerChange]]:
+    """Return, by the reason, the changes of which it is not known whether some run shows them."""
+    found: dict[str, list[AnswerChange]] = {}
+    for each in compared.undecided:
+        found.setdefault(each.reason, []).append(each.change)
+    return found
 
 
 def property_title(change: PropertyChange) -> str:
@@ -141,7 +154,10 @@ def _markdown(compared: Compared) -> Iterator[str]:
         yield ""
         yield "</details>"
     rest = [property_title(each) for each in in_both(compared)]
-    rest += [f"{each.change.subject} {each.change.word}: unknown, {each.reason}" for each in compared.undecided]
+    rest += [
+        f"unknown, {reason}: {'; '.join(map(change_text, unknown))}"
+        for reason, unknown in unknown_by_reason(compared).items()
+    ]
     if rest:
         yield ""
     yield from (f"- {_plain(line)}" for line in rest)

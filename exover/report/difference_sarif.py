@@ -6,7 +6,7 @@ from typing import Any
 from exover.model.difference import AnswerChange, Compared, Difference
 from exover.model.model import NOWHERE, Location
 from exover.model.wire import escaped
-from exover.report.difference import in_both, property_title, run_lines, title
+from exover.report.difference import change_text, in_both, property_title, run_lines, title
 from exover.report.sarif import FINGERPRINT, uri, written
 
 RULES = {
@@ -20,7 +20,7 @@ def render(compared: Compared) -> str:
     """Return a log of one run as text with a final newline."""
     results = [_difference(compared, each) for each in compared.differences]
     for each in compared.undecided:
-        text = f"{each.change.subject} {each.change.word}: unknown, {each.reason}"
+        text = f"{change_text(each.change)}: unknown, {each.reason}"
         results.append(_result(compared, _rule(each.change), "open", "none", text, _declared(compared, each.change)))
     for prop in in_both(compared):
         kind, level = ("fail", "warning") if prop.decided else ("open", "none")

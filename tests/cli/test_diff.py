@@ -258,6 +258,23 @@ def test_what_was_found_before_the_time_was_over_is_told(run, tmp_path: Path, mo
     assert {(each["request"], each["change"]) for each in found["changes"]} == {("cabin.go", "newly rejected")}
     assert not any(each["shortest"] for each in found["changes"])
     assert {each["reason"] for each in found["unknown"]} == {"time limit of 600 s"}
+    text = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--timeout", "600").stdout
+    _, _, unknown = text.partition("\nunknown, time limit of 600 s:\n  ")
+    lines = unknown.partition("\n\n")[0].split("\n  ")
+    assert lines[0] == "cabin.go newly launched, where OLD refuses it or lets it wait"
+    assert len(lines) == len(set(lines)) == len(found["unknown"])
+
+
+def test_what_costs_too_much_is_unknown_and_what_may_help_is_told(
+    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("exover.engines.aig.comparison.BUDGET", 0)
+    monkeypatch.setattr("exover.engines.aig.comparison.ROUNDS", 0)
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(OLD.replace("v <= 1", "v <= 0.5"))
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--abc", "none")
+    assert done.returncode == 3
+    assert "\nunknown, no answer after 0 propagations; with ABC more is answered: see `exover doctor`:\n" in done.stdout
 
 
 def test_ctrl_c_ends_it(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,8 +14,7 @@ from exover.engines.aig.evidence import NOT_PROVED
 from exover.engines.aig.exploration import LANES, Exploration
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.pair_concretize import Both, PairConcretizer
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.portfolio import SHORT, Portfolio
+from exover.engines.aig.portfolio import LONG, Portfolio, smaller
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.stimulus import RandomStimulus
@@ -26,14 +25,15 @@ from exover.model.property import Properties
 from exover.model.versions import Versions
 from exover.ocrd.compile import Compiled
 
-EASY, BUDGET = 500_000, 40_000_000
-"""Propagations of our own solver that a question may cost before ABC is asked, and after that."""
+BUDGET = 100_000_000
+"""Propagations of our own solver that a question may cost where there is no ABC."""
 EQUAL = 2_000_000
 """Propagations that it may cost to see that a variable stays equal in both."""
 SHORTENING = 100_000_000
 """Propagations that shortest runs may cost, all together."""
 ROUNDS = 24
 """Rounds of random runs."""
+WITH_ABC = "with ABC more is answered: see `exover doctor`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +184,8 @@ class Comparison:
 
     def _prove(self) -> None:
         self.progress("proofs about both")
-        decide(self.circuit, self._said, asked=self._left, budget=EASY)
-        self.reasons.clear()
-        Portfolio(self.abc, self.pair).put(self.circuit, self._left, self._said, SHORT, BUDGET)
+        if self._left:
+            Portfolio(self.abc, self.pair).put(smaller(self.pair, self.circuit), self._left, self._said, LONG, BUDGET)
 
     @property
     def _left(self) -> list[int]:
@@ -200,7 +199,7 @@ class Comparison:
             case Reachable(inputs):
                 self._reached({index: inputs})
             case Open(reason):
-                self.reasons[index] = reason
+                self.reasons[index] = reason if self.abc else f"{reason}; {WITH_ABC}"
 
     def _shown(self, in_hurry: bool = False) -> dict[int, CommonRun | Open]:
         """Return by change a shortest run that shows it; one that has no doubles in it shows nothing.
