@@ -115,18 +115,12 @@ class Question:
         return self.answer("unknown", reason, method="", engine=engine)
 
 
-def unchanged(trace: Trace, _: Reference, __: Properties) -> Trace:
-    """Return the run."""
-    return trace
-
-
 @dataclass(frozen=True, slots=True)
 class Check:
     """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas.
 
     `iff`: when a finding is `ok`, in words, as docs/checks.md and reports have it; of a check that looks for what it
     warns of, when it is not. `holds` and `violated`: what that means, for engines that know no more than the formula.
-    `readable`: a run that shows the same as one that an engine has found, and reads better.
     """
 
     name: str
@@ -137,7 +131,6 @@ class Check:
     claim: Callable[[Model, Properties, str], Claim]
     holds: str = ""
     violated: str = ""
-    readable: Callable[[Trace, Reference, Properties], Trace] = unchanged
 
 
 def unreached(context: Context, question: Question, states: Set, holds: str, violated: str) -> Finding:

@@ -1,15 +1,11 @@
 """Does every wait come to an end, if reports come?"""
 
 from exover.checks.finding import Finding
-from exover.checks.near_events import is_true
 from exover.checks.question import Check, Context, Question, requests
 from exover.loop.claim import Claim
-from exover.model.event import Ask, Observe
 from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
-from exover.model.semantics import Reference
-from exover.model.trace import Moment, Trace, end_of
 
 IFF = "under fair reports, every wait of it ends"
 HOLDS = "if every slot is reported again and again, every wait ends"
@@ -31,27 +27,10 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated(VIOLATED, trace)
 
 
-def observing(trace: Trace, reference: Reference, properties: Properties) -> Trace:
-    """Return a run on which a request starves with an observation of what is read already for its loop, if the loop is
-    one ask that changes nothing: the ask would read like a cause. Without a poster it is the same run.
-    """
-    model, start = reference.model, trace.loop_start
-    if start is None or start != len(trace.moments) - 1 or not isinstance(trace.moments[start].event, Ask):
-        return trace
-    state = end_of(reference, trace.events)
-    for variable in (each for each in model.variables if each.kind == "poster"):
-        event = Observe(variable.name, state.readings[variable.name])
-        after, actions = reference.step(state, event)
-        assumed = (is_true(model, event, after, actions, each.formula) for each in properties.assumptions)
-        if not actions and after.key() == state.key() and all(assumed):
-            return Trace((*trace.moments[:start], Moment(event, actions)), start)
-    return trace
-
-
 def claim(_: Model, __: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     stays = Conjunction((Atom(Status("waiting", subject)), Negation(Passed(("left", subject)))))
     return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
 
 
-CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED, observing)
+CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED)

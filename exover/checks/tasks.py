@@ -9,6 +9,7 @@ from time import perf_counter
 from exover.checks.agenda import Agenda, Lot, Turn
 from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
 from exover.checks.finding import SEVERITIES, Counted, Finding
+from exover.checks.lasso_shortening import shortened
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Say
 from exover.dataclass import dataclass
@@ -151,7 +152,10 @@ class TaskRunner:
         reference = self._replay.reference
         trace = finding.trace
         if trace:
-            trace = check.readable(self._plain.of(trace, reference), reference, self.properties)
+            trace = self._plain.of(trace, reference)
+            if finding.engine != "aig":  # whose own are as short
+                claim = check.claim(self.compiled.model, self.properties, finding.subject)
+                trace = shortened(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)
 

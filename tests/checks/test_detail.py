@@ -110,7 +110,7 @@ def test_what_can_never_be_launched_again_is_told_with_what_refuses_it() -> None
     ("assumed", "told"),
     [
         ("never asked(a.left) and past(m.cool)", "the assumption at s.prop:1:8 forbids the step"),
-        ("never asked(a.left) and not rejected(a.left)", "the assumptions leave no such step"),
+        ("never asked(a.left) and not killed(m.lift with kg > 3)", "the assumptions leave no such step"),
     ],
 )
 def test_what_only_assumptions_keep_from_a_launch_is_told_so(assumed: str, told: str) -> None:

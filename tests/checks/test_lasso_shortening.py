@@ -1,0 +1,160 @@
+"""Lassos that other engines than aig found: no step can be dropped, nor two, and nothing happens that need not."""
+
+from random import Random
+
+import pytest
+
+from exover.checks import property as property_check
+from exover.checks import starvation
+from exover.checks.lasso_shortening import shortened
+from exover.loop.claim import Claim
+from exover.model.event import Ask, Event, Invalid, Observe, Report
+from exover.model.expression import Status
+from exover.model.model import Model
+from exover.model.property import (
+    NO_PROPERTIES,
+    Atom,
+    Formula,
+    Happened,
+    Negation,
+    Occurrence,
+    Until,
+    all_always,
+    all_finally,
+    all_until,
+    always,
+    finally_,
+    implies,
+)
+from exover.model.semantics import Reference
+from exover.model.trace import Trace, run
+from exover.pipeline import load_properties
+from exover.source import Source
+from tests.support.engines import model_of
+from tests.support.events import Stream
+from tests.support.small import small_spec_of
+from tests.support.words import word_of
+
+SPEC = """spec s; POSTERS
+module m { state open: bool = false; request a() { wait until open; } request b() { check open; } request c(); }"""
+WAIT, REFUSED, START, END = Ask("m.a"), Ask("m.b"), Ask("m.c"), Report("m.c", 0, "ok")
+POSTER = "poster p: bool = true;"
+REQUIRED = f"{POSTER} launch again: m.b() when not p;"
+"""Whether b is rejected the answers do not always tell then."""
+READ = Observe("p", True)
+
+
+@pytest.mark.parametrize(
+    ("posters", "assumed", "events", "loop", "wanted"),
+    [
+        ("poster p: int in 0 .. 9 = 4;", "", (WAIT, REFUSED), 1, (WAIT, Observe("p", 4))),
+        ("", "", (WAIT, REFUSED), 1, (WAIT, REFUSED)),
+        (POSTER, "assume always asked(m.a) or asked(m.b);", (WAIT, REFUSED), 1, (WAIT, REFUSED)),
+        (POSTER, "assume never rejected(m.a);", (WAIT, REFUSED), 1, (WAIT, READ)),
+        (POSTER, "assume always p;", (WAIT, REFUSED), 1, (WAIT, READ)),
+        (POSTER, "", (WAIT, REFUSED, REFUSED), 1, (WAIT, READ)),
+        (POSTER, "", (WAIT, START, END, START, END), 3, (WAIT, READ)),
+        ("", "", (WAIT, WAIT), 1, (WAIT, WAIT)),
+        (POSTER, "", (WAIT, WAIT), 1, (WAIT, READ)),
+        ("", "", (START, END, WAIT, START, END), 3, (START, END, WAIT, START, END)),
+        ("", "assume always active(m.c);", (START, WAIT, REFUSED), 2, (START, WAIT, REFUSED)),
+    ],
+)
+def test_of_a_starvation_what_is_left_is_one(
+    posters: str, assumed: str, events: tuple[Event, ...], loop: int, wanted: tuple[Event, ...]
+) -> None:
+    model = model_of(SPEC.replace("POSTERS", posters))
+    properties = load_properties(Source("s.prop", f"for s; {assumed}"), model).properties
+    assert properties is not None
+    reference = Reference(model)
+    given = run(reference, events, loop)
+    found = shortened(given, reference, starvation.claim(model, properties, "m.a"), properties)
+    assert found.events == wanted
+    assert found == run(reference, found.events, found.loop_start)
+
+
+@pytest.mark.parametrize(
+    ("posters", "said", "events", "loop", "wanted"),
+    [
+        ("", "ltl G !rejected(m.b)", (START, REFUSED, END, START, END), 3, (START, REFUSED, START)),
+        (POSTER, "ltl G !rejected(m.b)", (START, REFUSED, END, REFUSED), 3, (REFUSED, READ)),
+        (
+            POSTER,
+            "ltl G (rejected(m.b) -> X !asked(m.c))",
+            (REFUSED, START, END, REFUSED),
+            3,
+            (REFUSED, START, READ),
+        ),
+        (
+            POSTER,
+            "always (active(m.c) leads to waiting(m.a))",
+            (REFUSED, START, REFUSED),
+            2,
+            (START, READ),
+        ),
+        (POSTER, "not active(m.c) until waiting(m.a)", (REFUSED, START, END, REFUSED), 3, (READ,)),
+        (POSTER, "ctl AF EG active(m.c)", (REFUSED, REFUSED), 1, (REFUSED, REFUSED)),
+        (REQUIRED, "ltl G (asked(m.c) -> rejected(m.b))", (REFUSED, START, REFUSED), 2, (REFUSED, START, REFUSED)),
+    ],
+)
+def test_of_a_property_what_is_left_violates_it(
+    posters: str, said: str, events: tuple[Event, ...], loop: int, wanted: tuple[Event, ...]
+) -> None:
+    model = model_of(SPEC.replace("POSTERS", posters))
+    properties = load_properties(Source("s.prop", f"for s; property q: {said};"), model).properties
+    assert properties is not None
+    reference = Reference(model)
+    given = run(reference, events, loop)
+    claim = property_check.claim(model, properties, "q")
+    found = shortened(given, reference, claim, properties)
+    assert found.events == wanted
+    assert found == run(reference, found.events, found.loop_start)
+    if claim.linear:
+        assert claim.formula is not None
+        assert not word_of(model, found, [claim.formula]).satisfies(claim.formula)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_a_run_does_not_show_is_left_alone_and_what_it_shows_it_shows_still(seed: int) -> None:
+    model = model_of(small_spec_of(seed))
+    reference, random = Reference(model), Random(seed)
+    given = lasso_of(model, seed)
+    told = 0
+    for _ in range(12):
+        premise, conclusion = (atom_of(model, random) for _ in range(2))
+        for formula, of_runs in (
+            (all_always(implies(premise, all_finally(conclusion))), always(implies(premise, finally_(conclusion)))),
+            (all_until(premise, conclusion), Until(premise, conclusion)),
+        ):
+            linear = random.random() < 0.5
+            claim = Claim("property", "p", of_runs if linear else formula, linear)
+            found = shortened(given, reference, claim, NO_PROPERTIES)
+            if word_of(model, given, [of_runs]).satisfies(of_runs):
+                assert found == given
+            else:
+                told += found != given
+                assert len(found.moments) <= len(given.moments)
+                assert not word_of(model, found, [of_runs]).satisfies(of_runs)
+    assert told
+
+
+def lasso_of(model: Model, seed: int) -> Trace:
+    """Return a lasso of random events."""
+    stream = Stream(model, seed)
+    events: list[Event] = []
+    places = [stream.state.key()]
+    for event, actions in stream.events(400):
+        if not any(isinstance(each, Invalid) for each in actions):
+            events.append(event)
+            places.append(stream.state.key())
+            if len(events) > 8 and places[-1] in places[:-1]:
+                return run(Reference(model), tuple(events), places.index(places[-1]))
+    raise AssertionError("a small spec comes back to where it was")
+
+
+def atom_of(model: Model, random: Random) -> Formula:
+    """Return a predicate on a request, or its negation."""
+    name = random.choice(model.requests).name
+    occurrence: Occurrence = random.choice(("asked", "launched", "rejected", "ended"))
+    found: Formula = Happened(occurrence, name) if random.random() < 0.5 else Atom(Status("active", name))
+    return found if random.random() < 0.6 else Negation(found)
