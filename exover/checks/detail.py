@@ -1,40 +1,35 @@
 """What the run of a finding, the model and the properties add to what its check says of every subject."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice, takewhile
+from types import MappingProxyType
 
 from exover.checks.blocking import Blocked, Forbidden, Obstacles, reason_reads
 from exover.checks.finding import Finding
-from exover.checks.near_events import is_true, least_arguments
+from exover.checks.near_events import least_arguments
 from exover.checks.property import BROKEN, VIOLATED, named
+from exover.checks.property_detail import asked_about, conditions, false_first, how_broken, owed, requests_named
 from exover.checks.remedy import advice
 from exover.checks.rule_use import ADVICE, NEVER
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.evaluate import bind
-from exover.model.event import Args, Event
-from exover.model.expression import Cond, Param, Status, operands
-from exover.model.expression import atoms as condition_atoms
+from exover.model.event import Args
+from exover.model.expression import And, Cond, Not, Or, Param, Past, Status, operands
 from exover.model.model import Launch, Model, Request
 from exover.model.property import (
     Assumption,
-    Atom,
     Formula,
-    Happened,
     Properties,
-    Property,
-    SomeAlways,
-    atoms,
-    subformulas,
 )
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import Answers, Trace, end_of, visited
+from exover.model.trace import end_of, visited
 from exover.model.wording import named_text, value_text
 
 MOST = 6
@@ -43,8 +38,6 @@ LINKS = 4
 """So many causes of causes are told."""
 SHADOWS = 3
 """So many rules are named that decide before another."""
-GIVEN_UP, NEVER_COMES = "a run gives up the first before the second", "a run never comes to the second"
-"""The two ways in which an `until` is violated."""
 SEARCHED = ("rule-use", "reachability", "redundancy")
 """Checks whose causes are looked for in steps near the runs of other findings."""
 
@@ -115,11 +108,7 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
 
 
 def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
-    yield from dict.fromkeys(each for condition in _conditions(formula) for each in decided(model, condition))
-
-
-def _conditions(formula: Formula) -> Iterator[Cond]:
-    return (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))
+    yield from dict.fromkeys(each for condition in conditions(formula) for each in decided(model, condition))
 
 
 # ---- by check ----
@@ -138,67 +127,33 @@ def _property(broken: _Broken) -> str:
     if CONTRADICTORY in finding.message:
         return finding.message
     prop = named(broken.properties, finding.subject)
-    how, message = _how_broken(prop, finding.trace), finding.message
+    how, message = how_broken(prop, finding.trace), finding.message
     for said in (VIOLATED, BROKEN[prop.form]):
         message = message.replace(said, how, 1)
     parts = [f'"{prop.text}": {message}' if prop.text else message]
     if prop.form == "leads to":
-        parts += _owed(broken, prop)
+        parts += owed(broken.reference, prop, finding.trace)
+    if prop.form == "ltl":
+        parts += false_first(broken.reference, prop.formula, finding.trace)
     state = broken.end
     if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
-        names = dict.fromkeys(name for names in _named(prop.formula) for name in names if state.places[name])
+        names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names if state.places[name])
         parts += [told for name in names for told in _held_up(broken, state, name)]
     elif state is not None:
         where = "at the end of the run" if prop.form == "ctl" else "there"
-        parts += _there(
-            state, (read for each in _conditions(prop.formula) for read in sorted(reads(each))), where=where
-        )
+        read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
+        parts += _there(broken.model, state, read, where=where, asked=asked_about(prop.formula))
         if prop.form in ("always possible", "from possible"):
             parts += _launch_missed(broken, state, prop.formula)
     else:
         parts += map(str, _decided(broken.model, prop.formula))
-        names = dict.fromkeys(name for names in _named(prop.formula) for name in names if name in broken.unlaunched)
-        parts += [f"no run launches `{name}`: see reachability" for name in names]
+        parts += _never_launched(broken, (name for names in requests_named(prop.formula) for name in names))
     return "; ".join(parts)
-
-
-def _how_broken(prop: Property, trace: Trace | None) -> str:
-    """Return what it means that a property is violated, as a run shows it."""
-    if prop.form == "until" and trace is not None:
-        return GIVEN_UP if trace.loop_start is None else NEVER_COMES
-    return BROKEN[prop.form]
-
-
-def _owed(broken: _Broken, prop: Property) -> list[str]:
-    """Return, as one part of a sentence, from which step of a lasso on the conclusion is owed, if actions tell."""
-    trace, premise = broken.finding.trace, prop.premise
-    missed = next((each.part for each in subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
-    if trace is None or premise is None or missed is None:
-        return []
-    moments: list[tuple[Event | None, Answers]] = [(None, ()), *((each.event, each.actions) for each in trace.moments)]
-    owed: int | None = None
-    for number, ((event, actions), state) in enumerate(
-        zip(moments, visited(broken.reference, trace.events), strict=True)
-    ):
-        if not is_true(broken.model, event, state, actions, missed):
-            owed = None
-        elif owed is None and is_true(broken.model, event, state, actions, premise):
-            owed = number
-    if owed is None:
-        return []
-    return [f"the premise is true {f'after step {owed}' if owed else 'at the start'}"]
-
-
-def _named(formula: Formula) -> tuple[list[str], list[str]]:
-    """Return which requests a formula names: to see them launched, and to see in which state they are."""
-    happened = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
-    said = [each for condition in _conditions(formula) for each in condition_atoms(condition)]
-    return happened, [each.request for each in said if isinstance(each, Status)]
 
 
 def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]:
     """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
-    launched, said = _named(formula)
+    launched, said = requests_named(formula)
     wanted = list(dict.fromkeys([*launched, *(name for name in said if not state.active([name]))]))
     return _stuck(broken, state, wanted[0]) if len(wanted) == 1 else []
 
@@ -218,9 +173,48 @@ def _rule_use(broken: _Broken) -> str:
     if shadowing.assumption and not found:
         return f"{NEVER}, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
     causes = list(map(str, dict.fromkeys(found)))
+    causes += _never_launched(broken, _settled_by(broken, name))
     if shadowing.rules:
         causes.append(f"where it would, {_decide(shadowing.rules)}")
     return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
+
+
+def _settled_by(broken: _Broken, rule: str) -> Iterator[str]:
+    """Yield requests that no run launches and that settle what the condition of a rule, guard or launch rule is."""
+    model = broken.model
+    conditions = [guard.condition for request in model.requests for guard in request.guards if guard.name == rule]
+    conditions += [each.condition for each in model.rules if each.name == rule]
+    conditions += [each.condition for each in model.launches if each.name == rule]
+    for condition in conditions:
+        if _is_settled(condition, broken.unlaunched):
+            yield from (each.name for each in sorted(reads(condition)) if each.kind in ("active", "past"))
+
+
+def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
+    """Return whether a condition has one value only if some requests are never active and have no past."""
+
+    def truth(part: Cond) -> bool | None:
+        match part:
+            case Status("active" | "running" | "stopping", request) | Past(request) if request in unlaunched:
+                return False
+            case Not(inner):
+                return None if (found := truth(inner)) is None else not found
+            case And(parts):
+                every = list(map(truth, parts))
+                return False if False in every else None if None in every else True
+            case Or(parts):
+                every = list(map(truth, parts))
+                return True if True in every else None if None in every else False
+            case _:
+                return None
+
+    return truth(condition) is not None
+
+
+def _never_launched(broken: _Broken, names: Iterable[str]) -> list[str]:
+    """Return of which requests it is known that no run launches them, as parts of a sentence."""
+    found = (name for name in dict.fromkeys(names) if name in broken.unlaunched)
+    return [f"no run launches `{name}`: see reachability" for name in found]
 
 
 def _redundancy(broken: _Broken) -> str:
@@ -241,6 +235,9 @@ def _reachability(broken: _Broken) -> str:
         without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
         forbidden = f"only in steps that {_assumed(shadowing.assumption)} forbids" if shadowing.assumption else "there"
         parts.append(f"without {without} it would be launched {forbidden}")
+        parts += _never_launched(
+            broken, (name for rule in shadowing.alone[:SHADOWS] for name in _settled_by(broken, rule))
+        )
     elif shadowing.assumption:
         parts.append(f"it would be launched only in steps that {_assumed(shadowing.assumption)} forbids")
     return "; ".join(parts)
@@ -368,12 +365,30 @@ def _reason(model: Model, state: State, link: Blocked, where: str = "there") -> 
         values = bind(request.params, link.args)
         given += [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
-    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given, where)])
+    return ", ".join([f"`{reason.rule}`{because}", *_there(model, state, read, given, where)])
 
 
-def _there(state: State, read: Iterable[Read], given: Sequence[str] = (), where: str = "there") -> list[str]:
-    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything."""
-    told = [*given, *filter(None, (_text(state, each) for each in dict.fromkeys(read)))]
+def _there(
+    model: Model,
+    state: State,
+    read: Iterable[Read],
+    given: Sequence[str] = (),
+    where: str = "there",
+    asked: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> list[str]:
+    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
+
+    `asked`: by request the arguments that are told, too, where it is active.
+    """
+    told = list(given)
+    for each in dict.fromkeys(read):
+        names = asked.get(each.name, ()) if each.kind == "active" else ()
+        slots = [slot for slot in state.slots[each.name] if slot] if names else []
+        params = model.request[each.name].params if slots else ()
+        for slot in slots:
+            values = ", ".join(f"{n} == {value_text(v)}" for n, v in bind(params, slot.args).items() if n in names)
+            told.append(f"{slot.phase}({each.name} with {values})")
+        told += [] if slots else filter(None, [_text(state, each)])
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
 

@@ -1,33 +1,28 @@
 """Lassos from which no step can be dropped, nor two, tried on the reference interpreter.
 
 Diagrams and solvers close a loop by the way that suits them. What is left of a lasso shows the same if the claim is
-false of it too: what a formula says of a run that repeats itself is known from its moments (Pnueli 1977). Where nothing
+false of it too: what a formula says of a run that repeats itself is known from its moments. Where nothing
 need happen any more, nothing does: a poster is observed to read what it reads already.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, combinations
 
-from exover.checks.near_events import is_true
+from exover.checks.run_moments import moments_of
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
-from exover.model.event import Event, Invalid, Observe, Report
+from exover.model.event import Event, Observe
 from exover.model.property import (
-    Conjunction,
-    Disjunction,
     Formula,
     Negation,
-    Next,
     Properties,
     SomeAlways,
     SomeNext,
     SomeUntil,
-    Until,
     parts_of,
 )
 from exover.model.semantics import Reference
-from exover.model.state import State
-from exover.model.trace import Answers, Trace, run
+from exover.model.trace import Trace, run
 
 LONGEST, PAIRED = 64, 12
 """Of lassos of up to so many steps single ones are tried to be dropped, and any two."""
@@ -122,87 +117,9 @@ class _Shows:
 
     def __call__(self, lasso: _Lasso) -> bool:
         """Return whether it is known to be so."""
-        word = self._word(lasso)
+        word = moments_of(self.reference, lasso.stem, lasso.loop)
         if word is None or (self.fair and not word.is_fair()):
             return False
         later = range(1, len(word.states))
         assumed = (word.where(each.formula).issuperset(later) for each in self.properties.assumptions)
         return all(assumed) and 0 in word.where(self.formula)
-
-    def _word(self, lasso: _Lasso) -> "_Word | None":
-        """Return the moments of a lasso whose loop is followed twice, the second time as it is repeated; None if it is
-        no lasso.
-        """
-        if not lasso.loop:
-            return None
-        events = (None, *lasso.stem, *lasso.loop, *lasso.loop)
-        states, answers = [self.reference.start()], [Answers()]
-        for event in events[1:]:
-            assert event is not None
-            after, actions = self.reference.step(states[-1], event)
-            if any(isinstance(each, Invalid) for each in actions):
-                return None
-            states.append(after)
-            answers.append(actions)
-        if states[len(lasso.stem)].key() != states[len(lasso)].key():
-            return None
-        return _Word(self.reference, events, states, answers, len(lasso) + 1)
-
-
-@dataclass(frozen=True, slots=True)
-class _Word:
-    """The moments of a run, the start first; after the last that of `back` comes again."""
-
-    reference: Reference
-    events: Sequence[Event | None]
-    states: Sequence[State]
-    answers: Sequence[Answers]
-    back: int
-
-    def is_fair(self) -> bool:
-        """Return whether every slot is idle or reported somewhere in what is repeated."""
-        repeated = range(self.back, len(self.states))
-        reported = {(e.request, e.slot) for e in map(self.events.__getitem__, repeated) if isinstance(e, Report)}
-        return all(
-            (request.name, slot) in reported or any(self.states[k].slots[request.name][slot] is None for k in repeated)
-            for request in self.reference.model.requests
-            for slot in range(request.instances)
-        )
-
-    def where(self, formula: Formula, sure: bool = True) -> Moments:
-        """Return the moments from which a formula is true of the run, or if not `sure` may be: answers do not tell
-        everything. What a formula says of some run it says of this one.
-        """
-        everywhere = frozenset(range(len(self.states)))
-        match formula:
-            case Negation(part):
-                return everywhere - self.where(part, not sure)
-            case Conjunction(parts):
-                return everywhere.intersection(*(self.where(part, sure) for part in parts))
-            case Disjunction(parts):
-                return frozenset[int]().union(*(self.where(part, sure) for part in parts))
-            case Next(part) | SomeNext(part):
-                return self._before(self.where(part, sure))
-            case Until(left, right) | SomeUntil(left, right):
-                stay, found = self.where(left, sure), self.where(right, sure)
-                for _ in everywhere:
-                    found |= stay & self._before(found)
-                return found
-            case SomeAlways(part):
-                found = self.where(part, sure)
-                for _ in everywhere:
-                    found &= self._before(found)
-                return found
-            case _:
-                return self._now(formula, sure)
-
-    def _before(self, moments: Moments) -> Moments:
-        """Return the moments one step before some."""
-        last = {len(self.states) - 1} if self.back in moments else set[int]()
-        return frozenset(k - 1 for k in moments if k) | last
-
-    def _now(self, formula: Formula, sure: bool) -> Moments:
-        """Return the moments in which an atom is true."""
-        wanted = (True,) if sure else (True, None)
-        moments = enumerate(zip(self.events, self.states, self.answers, strict=True))
-        return frozenset(k for k, moment in moments if is_true(self.reference.model, *moment, formula) in wanted)

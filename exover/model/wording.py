@@ -39,6 +39,7 @@ from exover.model.expression import (
     Used,
 )
 from exover.model.model import Kill, KillSlot, Model, Parameter, Reject, Remedy, Wait
+from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
 from exover.model.types import Value
 from exover.model.wire import number
 
@@ -89,6 +90,29 @@ def condition_text(cond: Cond) -> str:
             return " or ".join(_inside(part, 2) for part in parts) or "false"
         case _:
             assert_never(cond)
+
+
+def formula_text(formula: Formula) -> str:
+    """Return a formula without temporal operators as a properties file writes it; raises `ValueError` for another."""
+    match formula:
+        case Atom(condition):
+            return condition_text(condition)
+        case Happened(occurrence, request, where):
+            return f"{occurrence}({request}{_with(where)})"
+        case Negation(part):
+            return f"not {_within(part, 3)}"
+        case Conjunction(parts):
+            return " and ".join(_within(part, 3) for part in parts) or "true"
+        case Disjunction(parts):
+            return " or ".join(_within(part, 2) for part in parts) or "false"
+        case _:
+            raise ValueError("it speaks of more than one moment")
+
+
+def _within(formula: Formula, least: int) -> str:
+    inner = formula.condition if isinstance(formula, Atom) else formula
+    strength = 1 if isinstance(inner, Or | Disjunction) else 2 if isinstance(inner, And | Conjunction) else 3
+    return formula_text(formula) if strength >= least else f"({formula_text(formula)})"
 
 
 def _with(where: Cond | None) -> str:

@@ -57,7 +57,7 @@ def test_a_property_is_told_with_its_text_and_what_it_reads_at_the_end(engines: 
     assert int(wind) > 40
     assert said["q"].startswith("no run comes to a moment in which it is true; `wind > 60` is false whatever happens: ")
     broken, owed = said["l"].split("; ")
-    assert broken == "a run comes to where the premise is true, and from there on the conclusion never is"
+    assert broken == ("a run comes to where `active(m.cool)` is true, and from there on `not active(m.cool)` never is")
     assert int(owed.removeprefix("the premise is true after step ")) >= 1
 
 
@@ -73,6 +73,44 @@ def test_of_a_lasso_it_is_told_by_what_its_requests_wait_and_what_asks_again(eng
     owed, *held = said.split("; ")[1:]
     assert owed.startswith("the premise is true after step ")
     assert held == ["`m.a` waits by `still`, there active(m.halt)", "launch rule `brake` requires `m.halt` there"]
+
+
+FORMS = [
+    ("past(m.cool) precedes active(m.lift)", "a run comes to `active(m.lift)` before `past(m.cool)`; there "),
+    (
+        "not launched(m.lift with kg > 4) until past(m.cool)",
+        "a run gives up `not launched(m.lift with kg > 4)` before ",
+    ),
+    ("wind <= 60 until asked(m.cool) and past(m.cool)", "a run never comes to `asked(m.cool) and past(m.cool)`"),
+    (
+        "asked(m.cool) or asked(m.heat) or asked(a.left) or asked(a.give) precedes active(m.lift) and wind > 9",
+        "a run comes to `active(m.lift) and wind > 9` before the first; there ",
+    ),
+    ("ltl G (asked(m.lift) -> !rejected(m.lift))", "the formula is false of a run; what its `G` says is false first "),
+    ("ltl G (asked(m.lift) -> X F asked(m.lift))", "the formula is false of a run; what its `G` says is false first "),
+    (
+        "never running(m.lift with kg > 4)",
+        "a run comes to a moment that it forbids; there running(m.lift with kg == 5)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("said", "told"), FORMS)
+def test_a_property_is_told_in_the_words_of_its_form(said: str, told: str) -> None:
+    message = found(SPEC, f"for s; property p: {said};")["property", "p"].message
+    assert message.startswith(told)
+    if "false first" in told:
+        assert message.removeprefix(told).startswith("after step ")
+
+
+def test_of_what_no_run_launches_it_is_told_that_a_guard_waits_for_it() -> None:
+    spec = "spec s; poster wind: int in 0 .. 60 = 0; module m { request a() { check wind > 60; }"
+    spec += "request b() { wait gone: until not active(m.a); } request c() { check then: past(m.a) and wind > 3; } }"
+    findings = found(spec)
+    see = "no run launches `m.a`: see reachability"
+    assert findings["rule-use", "m.b.gone"].message == f"it never acts: {see}; correct it or take it out"
+    message = findings["reachability", "m.c"].message
+    assert message.endswith(f"decides; without `m.c.then` it would be launched there; {see}")
 
 
 def test_of_a_lasso_it_is_told_by_what_its_request_waits_in_turn() -> None:

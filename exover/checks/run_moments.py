@@ -1,0 +1,102 @@
+"""What a formula says of one run that repeats itself, moment by moment (Pnueli 1977), as far as answers tell."""
+
+from collections.abc import Sequence
+
+from exover.checks.near_events import is_true
+from exover.dataclass import dataclass
+from exover.model.event import Event, Invalid, Report
+from exover.model.property import (
+    Conjunction,
+    Disjunction,
+    Formula,
+    Negation,
+    Next,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    Until,
+)
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.trace import Answers
+
+Moments = frozenset[int]
+"""Moments of a run by number: the start is 0, that after step n is n."""
+
+
+def moments_of(reference: Reference, stem: Sequence[Event], loop: Sequence[Event]) -> "RunMoments | None":
+    """Return the moments of a lasso whose loop is followed twice, for good the second time; None if it is none."""
+    if not loop:
+        return None
+    events = (None, *stem, *loop, *loop)
+    states, answers = [reference.start()], [Answers()]
+    for event in events[1:]:
+        assert event is not None
+        after, actions = reference.step(states[-1], event)
+        if any(isinstance(each, Invalid) for each in actions):
+            return None
+        states.append(after)
+        answers.append(actions)
+    length = len(stem) + len(loop)
+    if states[len(stem)].key() != states[length].key():
+        return None
+    return RunMoments(reference, events, states, answers, length + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class RunMoments:
+    """The moments of a run, the start first; after the last that of `back` comes again."""
+
+    reference: Reference
+    events: Sequence[Event | None]
+    states: Sequence[State]
+    answers: Sequence[Answers]
+    back: int
+
+    def is_fair(self) -> bool:
+        """Return whether every slot is idle or reported somewhere in what is repeated."""
+        repeated = range(self.back, len(self.states))
+        reported = {(e.request, e.slot) for e in map(self.events.__getitem__, repeated) if isinstance(e, Report)}
+        return all(
+            (request.name, slot) in reported or any(self.states[k].slots[request.name][slot] is None for k in repeated)
+            for request in self.reference.model.requests
+            for slot in range(request.instances)
+        )
+
+    def where(self, formula: Formula, sure: bool = True) -> Moments:
+        """Return the moments from which a formula is true of the run, or if not `sure` may be: answers do not tell
+        everything. What a formula says of some run it says of this one.
+        """
+        everywhere = frozenset(range(len(self.states)))
+        match formula:
+            case Negation(part):
+                return everywhere - self.where(part, not sure)
+            case Conjunction(parts):
+                return everywhere.intersection(*(self.where(part, sure) for part in parts))
+            case Disjunction(parts):
+                return frozenset[int]().union(*(self.where(part, sure) for part in parts))
+            case Next(part) | SomeNext(part):
+                return self._before(self.where(part, sure))
+            case Until(left, right) | SomeUntil(left, right):
+                stay, found = self.where(left, sure), self.where(right, sure)
+                for _ in everywhere:
+                    found |= stay & self._before(found)
+                return found
+            case SomeAlways(part):
+                found = self.where(part, sure)
+                for _ in everywhere:
+                    found &= self._before(found)
+                return found
+            case _:
+                return self._now(formula, sure)
+
+    def _before(self, moments: Moments) -> Moments:
+        """Return the moments one step before some."""
+        last = {len(self.states) - 1} if self.back in moments else set[int]()
+        return frozenset(k - 1 for k in moments if k) | last
+
+    def _now(self, formula: Formula, sure: bool) -> Moments:
+        """Return the moments in which an atom is true."""
+        wanted = (True,) if sure else (True, None)
+        moments = enumerate(zip(self.events, self.states, self.answers, strict=True))
+        return frozenset(k for k, moment in moments if is_true(self.reference.model, *moment, formula) in wanted)
