@@ -3,14 +3,13 @@
 from collections.abc import Iterator, Sequence
 from random import Random
 
-from exover.model.evaluate import Scope, bind, holds
-from exover.model.event import ENDINGS, Args, Ask, Event, Killed, Launched, Observe, Rejected, Report
+from exover.checks.run_moments import is_true
+from exover.model.event import ENDINGS, Ask, Event, Observe, Report
 from exover.model.expression import Compare, Cond, Const, Reading, atoms
 from exover.model.model import Model, Request
-from exover.model.property import Assumption, Atom, Conjunction, Disjunction, Formula, Happened, Negation, Passed
+from exover.model.property import Assumption
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import Answers
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
 WALKS, STEPS = 12, 10
@@ -97,63 +96,6 @@ def onward(reference: Reference, state: State, assumptions: Sequence[Assumption]
             if all(is_true(model, event, after, actions, each.formula) for each in assumptions):
                 here = after
                 yield here
-
-
-def is_true(model: Model, event: Event | None, after: State, actions: Answers, formula: Formula) -> bool | None:
-    """Return whether a formula of one moment is true after a step; None where actions do not tell.
-
-    At the start there is no event.
-    """
-
-    def truth(part: Formula) -> bool | None:
-        return is_true(model, event, after, actions, part)
-
-    match formula:
-        case Atom(condition):
-            return holds(model, after, condition)
-        case Negation(part):
-            found = truth(part)
-            return None if found is None else not found
-        case Conjunction(parts):
-            every = list(map(truth, parts))
-            return False if False in every else None if None in every else True
-        case Disjunction(parts):
-            every = list(map(truth, parts))
-            return True if True in every else None if None in every else False
-        case Happened("asked", request, None):
-            return isinstance(event, Ask) and event.request == request
-        case Happened("ended", request, None):
-            return isinstance(event, Report) and event.request == request
-        case Happened("launched", request, None):
-            return any(isinstance(each, Launched) and each.request == request for each in actions)
-        case Happened("killed", request, None):
-            return any(isinstance(each, Killed) and each.request == request for each in actions)
-        case Happened("rejected", request, None):
-            if any(isinstance(each, Rejected) and each.request == request for each in actions):
-                return True
-            refused_again = event is not None and any(each.request == request for each in model.launches)
-            return None if refused_again else False
-        case Happened("asked", request, where) if where is not None and isinstance(event, Ask):
-            return event.request == request and _with(model, after, where, request, event.args)
-        case Happened("launched", request, where) if where is not None:
-            launched = (each for each in actions if isinstance(each, Launched) and each.request == request)
-            return any(_with(model, after, where, request, each.args) for each in launched)
-        case Passed(("left", request)):
-            about = [each for each in actions if isinstance(each, Launched | Rejected) and each.request == request]
-            newcomer = isinstance(event, Ask) and event.request == request
-            match about:
-                case []:
-                    return False
-                case [Rejected(rule=rule)] if newcomer and rule != "superseded":
-                    return False  # the newcomer alone is refused
-                case _:
-                    return None
-        case _:
-            return None
-
-
-def _with(model: Model, after: State, where: Cond, request: str, args: Args) -> bool:
-    return holds(model, after, where, Scope(bind(model.request[request].params, args)))
 
 
 def _event(model: Model, state: State, seen: list[Observe], random: Random) -> Event:

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 
-from exover.checks.near_events import is_true
 from exover.checks.property import BROKEN
-from exover.checks.run_moments import moments_of
+from exover.checks.run_moments import is_true, moments_of
 from exover.model.event import Event
 from exover.model.expression import Cond, Param, Status, operands
 from exover.model.expression import atoms as condition_atoms
@@ -24,7 +23,7 @@ from exover.model.property import (
 )
 from exover.model.semantics import Reference
 from exover.model.trace import Answers, Trace, visited
-from exover.model.wording import formula_text
+from exover.model.wording import condition_text
 
 LONG = 60
 """A condition of more characters is not written out where it is told how a property is violated."""
@@ -51,7 +50,7 @@ def how_broken(prop: Property, trace: Trace | None) -> str:
 
 def _phrase(formula: Formula, otherwise: str) -> str:
     """Return a condition as it is written, or what it is called otherwise if that is long."""
-    text = formula_text(formula)
+    text = condition_text(formula)
     return f"`{text}`" if len(text) <= LONG else otherwise
 
 

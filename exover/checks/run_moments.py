@@ -2,15 +2,20 @@
 
 from collections.abc import Sequence
 
-from exover.checks.near_events import is_true
 from exover.dataclass import dataclass
-from exover.model.event import Event, Invalid, Report
+from exover.model.evaluate import Scope, bind, holds
+from exover.model.event import Args, Ask, Event, Invalid, Killed, Launched, Rejected, Report
+from exover.model.expression import Cond
+from exover.model.model import Model
 from exover.model.property import (
+    Atom,
     Conjunction,
     Disjunction,
     Formula,
+    Happened,
     Negation,
     Next,
+    Passed,
     SomeAlways,
     SomeNext,
     SomeUntil,
@@ -100,3 +105,60 @@ class RunMoments:
         wanted = (True,) if sure else (True, None)
         moments = enumerate(zip(self.events, self.states, self.answers, strict=True))
         return frozenset(k for k, moment in moments if is_true(self.reference.model, *moment, formula) in wanted)
+
+
+def is_true(model: Model, event: Event | None, after: State, actions: Answers, formula: Formula) -> bool | None:
+    """Return whether a formula of one moment is true after a step; None where actions do not tell.
+
+    At the start there is no event.
+    """
+
+    def truth(part: Formula) -> bool | None:
+        return is_true(model, event, after, actions, part)
+
+    match formula:
+        case Atom(condition):
+            return holds(model, after, condition)
+        case Negation(part):
+            found = truth(part)
+            return None if found is None else not found
+        case Conjunction(parts):
+            every = list(map(truth, parts))
+            return False if False in every else None if None in every else True
+        case Disjunction(parts):
+            every = list(map(truth, parts))
+            return True if True in every else None if None in every else False
+        case Happened("asked", request, None):
+            return isinstance(event, Ask) and event.request == request
+        case Happened("ended", request, None):
+            return isinstance(event, Report) and event.request == request
+        case Happened("launched", request, None):
+            return any(isinstance(each, Launched) and each.request == request for each in actions)
+        case Happened("killed", request, None):
+            return any(isinstance(each, Killed) and each.request == request for each in actions)
+        case Happened("rejected", request, None):
+            if any(isinstance(each, Rejected) and each.request == request for each in actions):
+                return True
+            refused_again = event is not None and any(each.request == request for each in model.launches)
+            return None if refused_again else False
+        case Happened("asked", request, where) if where is not None and isinstance(event, Ask):
+            return event.request == request and _with(model, after, where, request, event.args)
+        case Happened("launched", request, where) if where is not None:
+            launched = (each for each in actions if isinstance(each, Launched) and each.request == request)
+            return any(_with(model, after, where, request, each.args) for each in launched)
+        case Passed(("left", request)):
+            about = [each for each in actions if isinstance(each, Launched | Rejected) and each.request == request]
+            newcomer = isinstance(event, Ask) and event.request == request
+            match about:
+                case []:
+                    return False
+                case [Rejected(rule=rule)] if newcomer and rule != "superseded":
+                    return False  # the newcomer alone is refused
+                case _:
+                    return None
+        case _:
+            return None
+
+
+def _with(model: Model, after: State, where: Cond, request: str, args: Args) -> bool:
+    return holds(model, after, where, Scope(bind(model.request[request].params, args)))

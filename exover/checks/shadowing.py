@@ -15,7 +15,8 @@ from functools import cached_property
 from random import Random
 
 from exover.checks.finding import Finding
-from exover.checks.near_events import arguments, is_true, observations
+from exover.checks.near_events import arguments, observations
+from exover.checks.run_moments import is_true
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event

@@ -39,7 +39,21 @@ from exover.model.expression import (
     Used,
 )
 from exover.model.model import Kill, KillSlot, Model, Parameter, Reject, Remedy, Wait
-from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
+from exover.model.property import (
+    Atom,
+    Broken,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Happened,
+    Negation,
+    Next,
+    Passed,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    Until,
+)
 from exover.model.types import Value
 from exover.model.wire import number
 
@@ -66,12 +80,17 @@ def slot_text(model: Model, name: str, slot: int) -> str:
 # ---- conditions ----
 
 
-def condition_text(cond: Cond) -> str:
+def condition_text(cond: Cond | Formula) -> str:
     """Return a condition of the core as the language writes it, with no more parentheses than it needs.
 
     Shorthand stays spelled out. A count of active slots, which has no syntax of its own, is `active slots of a, b`.
+    A formula is written as in a properties file; raises `ValueError` if it speaks of more than one moment.
     """
     match cond:
+        case Atom(condition):
+            return condition_text(condition)
+        case Happened(occurrence, request, where):
+            return f"{occurrence}({request}{_with(where)})"
         case Compare("==", left, Const(True)):
             return term_text(left)
         case Compare(operator, left, right):
@@ -82,45 +101,25 @@ def condition_text(cond: Cond) -> str:
             return f"past({request}{_with(where)})"
         case Last(request, outcome):
             return f"last({request}) == {outcome}"
-        case Not(part):
+        case Not(part) | Negation(part):
             return f"not {_inside(part, 3)}"
-        case And(parts):
+        case And(parts) | Conjunction(parts):
             return " and ".join(_inside(part, 3) for part in parts) or "true"
-        case Or(parts):
+        case Or(parts) | Disjunction(parts):
             return " or ".join(_inside(part, 2) for part in parts) or "false"
+        case Passed() | Broken() | SomeNext() | SomeUntil() | SomeAlways() | Next() | Until():
+            raise ValueError("it speaks of more than one moment, or of what no properties file can say")
         case _:
             assert_never(cond)
-
-
-def formula_text(formula: Formula) -> str:
-    """Return a formula without temporal operators as a properties file writes it; raises `ValueError` for another."""
-    match formula:
-        case Atom(condition):
-            return condition_text(condition)
-        case Happened(occurrence, request, where):
-            return f"{occurrence}({request}{_with(where)})"
-        case Negation(part):
-            return f"not {_within(part, 3)}"
-        case Conjunction(parts):
-            return " and ".join(_within(part, 3) for part in parts) or "true"
-        case Disjunction(parts):
-            return " or ".join(_within(part, 2) for part in parts) or "false"
-        case _:
-            raise ValueError("it speaks of more than one moment")
-
-
-def _within(formula: Formula, least: int) -> str:
-    inner = formula.condition if isinstance(formula, Atom) else formula
-    strength = 1 if isinstance(inner, Or | Disjunction) else 2 if isinstance(inner, And | Conjunction) else 3
-    return formula_text(formula) if strength >= least else f"({formula_text(formula)})"
 
 
 def _with(where: Cond | None) -> str:
     return "" if where is None else f" with {condition_text(where)}"
 
 
-def _inside(cond: Cond, least: int) -> str:
-    strength = 1 if isinstance(cond, Or) else 2 if isinstance(cond, And) else 3
+def _inside(cond: Cond | Formula, least: int) -> str:
+    inner = cond.condition if isinstance(cond, Atom) else cond
+    strength = 1 if isinstance(inner, Or | Disjunction) else 2 if isinstance(inner, And | Conjunction) else 3
     return condition_text(cond) if strength >= least else f"({condition_text(cond)})"
 
 
