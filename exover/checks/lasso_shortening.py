@@ -22,7 +22,7 @@ from exover.model.property import (
     parts_of,
 )
 from exover.model.semantics import Reference
-from exover.model.trace import Trace, run
+from exover.model.trace import Trace, end_of, run
 
 LONGEST, PAIRED = 64, 12
 """Of lassos of up to so many steps single ones are tried to be dropped, and any two."""
@@ -71,15 +71,24 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     return trace if best == given else run(reference, best.stem + best.loop, len(best.stem))
 
 
-def _dropped(
-    lasso: _Lasso, shows: Callable[[_Lasso], bool], drops: Callable[[int], Iterator[tuple[int, ...]]]
-) -> _Lasso:
+def _dropped(lasso: _Lasso, shows: "_Shows", drops: Callable[[int], Iterator[tuple[int, ...]]]) -> _Lasso:
     """Return a lasso from which none of these steps can be dropped."""
     found: _Lasso | None = lasso
     while found is not None:
         lasso = found
-        found = next(filter(shows, map(lasso.without, drops(len(lasso)))), None)
+        left = (_reread(shows.reference, lasso.without(each)) for each in drops(len(lasso)))
+        found = next(filter(shows, left), None)
     return lasso
+
+
+def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
+    """Return the lasso; if its loop is one observation of a poster, of what that reads by then."""
+    match lasso.loop:
+        case (Observe(name, value, False),):
+            read = end_of(reference, lasso.stem).readings.get(name, value)
+            return _Lasso(lasso.stem, (Observe(name, read),))
+        case _:
+            return lasso
 
 
 def _resting(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:

@@ -153,8 +153,8 @@ class TaskRunner:
         trace = finding.trace
         if trace:
             trace = self._plain.of(trace, reference)
-            if finding.engine != "aig":  # whose own are as short
-                claim = check.claim(self.compiled.model, self.properties, finding.subject)
+            claim = check.claim(self.compiled.model, self.properties, finding.subject)
+            if finding.engine != "aig" or claim.linear:  # its own are as short, unless they have to guess what comes
                 trace = shortened(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)

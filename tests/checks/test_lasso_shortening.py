@@ -8,7 +8,7 @@ from exover.checks import property as property_check
 from exover.checks import starvation
 from exover.checks.lasso_shortening import shortened
 from exover.loop.claim import Claim
-from exover.model.event import Ask, Event, Invalid, Observe, Report
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import (
@@ -93,6 +93,13 @@ def test_of_a_starvation_what_is_left_is_one(
             (START, READ),
         ),
         (POSTER, "not active(m.c) until waiting(m.a)", (REFUSED, START, END, REFUSED), 3, (READ,)),
+        (
+            "poster p: int in 0 .. 9 = 4;",
+            "ltl G (active(m.c) -> (running(m.c) U !active(m.c)))",
+            (Observe("p", 7), START, Abort("m.c", 0), WAIT, AbortWaiting("m.a"), END, Observe("p", 7)),
+            6,
+            (START, Observe("p", 4)),
+        ),
         (POSTER, "ctl AF EG active(m.c)", (REFUSED, REFUSED), 1, (REFUSED, REFUSED)),
         (REQUIRED, "ltl G (asked(m.c) -> rejected(m.b))", (REFUSED, START, REFUSED), 2, (REFUSED, START, REFUSED)),
     ],
