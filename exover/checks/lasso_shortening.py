@@ -64,11 +64,18 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     best = given = _Lasso(trace.events[:start], trace.events[start:])
     if not shows(given):
         return trace
-    best = next(filter(shows, _resting(reference, best)), best)
-    best = _dropped(best, shows, lambda size: ((n,) for n in reversed(range(size))))
-    if len(best) <= PAIRED:
-        best = _dropped(best, shows, lambda size: chain(combinations(range(size), 2), ((n,) for n in range(size))))
+    while (found := _without_needless(best, shows)) != best:
+        best = found
     return trace if best == given else run(reference, best.stem + best.loop, len(best.stem))
+
+
+def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
+    """Return a lasso that rests where it can, without single steps, and if it is short without two at a time."""
+    lasso = next(filter(shows, _resting(shows.reference, lasso)), lasso)
+    lasso = _dropped(lasso, shows, lambda size: ((n,) for n in reversed(range(size))))
+    if len(lasso) > PAIRED:
+        return lasso
+    return _dropped(lasso, shows, lambda size: chain(combinations(range(size), 2), ((n,) for n in range(size))))
 
 
 def _dropped(lasso: _Lasso, shows: "_Shows", drops: Callable[[int], Iterator[tuple[int, ...]]]) -> _Lasso:

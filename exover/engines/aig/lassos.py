@@ -99,7 +99,8 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
         better = _better(machine, lassos, {index: _related(machine, lassos[index]) for index in left})
         lassos |= better
         left = list(better)
-    return lassos
+    rests = _stuttering(machine, lassos)
+    return lassos | {index: lasso for index, lasso in rests.items() if lasso.length < lassos[index].length}
 
 
 def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
