@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from exover.checks.blocking import Blocked, Forbidden, Obstacles, reason_reads
 from exover.checks.finding import Finding
+from exover.checks.kleene import every, negated, some
 from exover.checks.near_events import least_arguments
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.property_detail import asked_about, conditions, false_first, how_broken, owed, requests_named
@@ -19,12 +20,8 @@ from exover.loop.claim import CONTRADICTORY
 from exover.model.evaluate import bind
 from exover.model.event import Args
 from exover.model.expression import And, Cond, Not, Or, Param, Past, Status, operands
-from exover.model.model import Launch, Model, Request
-from exover.model.property import (
-    Assumption,
-    Formula,
-    Properties,
-)
+from exover.model.model import Launch, Model, Parameter, Request
+from exover.model.property import Assumption, Formula, Properties
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
@@ -161,14 +158,7 @@ def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]
 def _rule_use(broken: _Broken) -> str:
     """Return why it never acts, if ranges tell, or what decides first."""
     model, name = broken.model, broken.finding.subject
-    guards = [(request, guard) for request in model.requests for guard in request.guards if guard.name == name]
-    found = [each for request, guard in guards for each in decided(model, guard.condition, request.params)]
-    for rule in model.rules:
-        if rule.name == name:
-            found += decided(model, rule.condition, model.request[rule.slot_of].params if rule.slot_of else ())
-    for launch in model.launches:
-        if launch.name == name:
-            found += decided(model, launch.condition)
+    found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
     shadowing = broken.near.of(name) if broken.near else Shadowing()
     if shadowing.assumption and not found:
         return f"{NEVER}, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
@@ -179,13 +169,18 @@ def _rule_use(broken: _Broken) -> str:
     return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
 
 
+def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parameter, ...]]]:
+    """Yield the conditions of guards, rules and launch rules of a name, each with the parameters that it may read."""
+    for request in model.requests:
+        yield from ((guard.condition, request.params) for guard in request.guards if guard.name == name)
+    for rule in (each for each in model.rules if each.name == name):
+        yield rule.condition, model.request[rule.slot_of].params if rule.slot_of else ()
+    yield from ((each.condition, ()) for each in model.launches if each.name == name)
+
+
 def _settled_by(broken: _Broken, rule: str) -> Iterator[str]:
     """Yield requests that no run launches and that settle what the condition of a rule, guard or launch rule is."""
-    model = broken.model
-    conditions = [guard.condition for request in model.requests for guard in request.guards if guard.name == rule]
-    conditions += [each.condition for each in model.rules if each.name == rule]
-    conditions += [each.condition for each in model.launches if each.name == rule]
-    for condition in conditions:
+    for condition, _ in _conditions_of(broken.model, rule):
         if _is_settled(condition, broken.unlaunched):
             yield from (each.name for each in sorted(reads(condition)) if each.kind in ("active", "past"))
 
@@ -198,13 +193,11 @@ def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
             case Status("active" | "running" | "stopping", request) | Past(request) if request in unlaunched:
                 return False
             case Not(inner):
-                return None if (found := truth(inner)) is None else not found
+                return negated(truth(inner))
             case And(parts):
-                every = list(map(truth, parts))
-                return False if False in every else None if None in every else True
+                return every(map(truth, parts))
             case Or(parts):
-                every = list(map(truth, parts))
-                return True if True in every else None if None in every else False
+                return some(map(truth, parts))
             case _:
                 return None
 

@@ -1,8 +1,8 @@
 """Lassos from which no step can be dropped, nor two, tried on the reference interpreter.
 
 Diagrams and solvers close a loop by the way that suits them. What is left of a lasso shows the same if the claim is
-false of it too: what a formula says of a run that repeats itself is known from its moments. Where nothing
-need happen any more, nothing does: a poster is observed to read what it reads already.
+false of it too: what a formula says of a run that repeats itself is known from its moments. Where nothing need
+happen any more, nothing does: a poster is observed to read what it reads already.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -28,8 +28,6 @@ LONGEST, PAIRED = 64, 12
 """Of lassos of up to so many steps single ones are tried to be dropped, and any two."""
 OBSERVED = 2
 """So many posters are tried to be observed where nothing need happen."""
-
-Moments = frozenset[int]
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from exover.checks.kleene import every, negated, some
 from exover.dataclass import dataclass
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args, Ask, Event, Invalid, Killed, Launched, Rejected, Report
@@ -120,14 +121,11 @@ def is_true(model: Model, event: Event | None, after: State, actions: Answers, f
         case Atom(condition):
             return holds(model, after, condition)
         case Negation(part):
-            found = truth(part)
-            return None if found is None else not found
+            return negated(truth(part))
         case Conjunction(parts):
-            every = list(map(truth, parts))
-            return False if False in every else None if None in every else True
+            return every(map(truth, parts))
         case Disjunction(parts):
-            every = list(map(truth, parts))
-            return True if True in every else None if None in every else False
+            return some(map(truth, parts))
         case Happened("asked", request, None):
             return isinstance(event, Ask) and event.request == request
         case Happened("ended", request, None):

@@ -153,9 +153,10 @@ class TaskRunner:
         trace = finding.trace
         if trace:
             trace = self._plain.of(trace, reference)
-            claim = check.claim(self.compiled.model, self.properties, finding.subject)
-            if finding.engine != "aig" or claim.linear:  # its own are as short, unless they have to guess what comes
-                trace = shortened(trace, reference, claim, self.properties)
+            if trace.loop_start is not None:
+                claim = check.claim(self.compiled.model, self.properties, finding.subject)
+                if finding.engine != "aig" or claim.linear:  # its own are as short, unless they guess what comes
+                    trace = shortened(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)
 
