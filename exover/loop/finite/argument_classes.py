@@ -59,6 +59,7 @@ class Arguments:
     _weights: dict[tuple[Args, tuple[int, ...]], tuple[int, ...]] = field(default_factory=dict)
     _part_weights: dict[tuple[tuple[int, ...], Args, tuple[int, ...]], list[int]] = field(default_factory=dict)
     _past_signs: dict[Args, tuple[tuple[object, ...], ...]] = field(default_factory=dict)
+    _part_pasts: dict[tuple[tuple[int, ...], tuple[int, ...]], list[bool]] = field(default_factory=dict)
     _kinds: dict[tuple[Args, Args], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -149,10 +150,28 @@ class Arguments:
         return False
 
     def pasts(self, args: Args, results: Args) -> tuple[int, ...]:
-        """Return the values of the entries of the past after an ok with these arguments and results."""
+        """Return the values of the entries of the past after an ok with these arguments and results.
+
+        They are looked up where the entries that they depend on had the same values before.
+        """
         entries = self.loaded(args + results)
-        rows = self.tables.pasts[self.row.pasts : self.row.pasts_end]
-        return tuple(int(self.agrees(row.predicate, entries)) for row in rows)
+        found = [0] * (self.row.pasts_end - self.row.pasts)
+        for tested, numbers in self._pasts_by_tested.items():
+            key = tested, tuple([entries[entry] for entry in tested])
+            if key not in self._part_pasts:
+                rows = (self.tables.pasts[self.row.pasts + number] for number in numbers)
+                self._part_pasts[key] = [self.agrees(row.predicate, entries) for row in rows]
+            for number, agreed in zip(numbers, self._part_pasts[key], strict=True):
+                found[number] = int(agreed)
+        return tuple(found)
+
+    @cached_property
+    def _pasts_by_tested(self) -> dict[tuple[int, ...], list[int]]:
+        """The entries of the past, by number, by the entries that their predicates test."""
+        found: dict[tuple[int, ...], list[int]] = {}
+        for number, row in enumerate(self.tables.pasts[self.row.pasts : self.row.pasts_end]):
+            found.setdefault(tuple(sorted(self._tested(row.predicate))), []).append(number)
+        return found
 
     @property
     def remembers_past(self) -> bool:
@@ -200,13 +219,17 @@ class Arguments:
 
     def _looked_at(self, predicate: int) -> set[int]:
         """Return the numbers of the arguments on which it depends whether loaded entries agree with a predicate."""
-        below = self.tables.below(predicate) if predicate >= 0 else ()
-        tested = {self.tables.nodes[number].code for number in below}
+        tested = self._tested(predicate)
         tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
         compared = {side for order in self.inner_orders if order.entry in tested for side in (order.left, order.right)}
         loading = enumerate(self.tables.params[self.row.params : self.row.params_end][: len(self.params)])
         loaded = {number for number, row in loading if {row.value, row.rank} & tested}
         return loaded | {side for side in compared if 0 <= side < len(self.params)}
+
+    def _tested(self, predicate: int) -> set[int]:
+        """Return the entries that a predicate tests."""
+        below = self.tables.below(predicate) if predicate >= 0 else ()
+        return {node.code for node in map(self.tables.nodes.__getitem__, below) if node.code >= 0}
 
     def past_kind(self, args: Args, results: Args) -> int:
         """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
