@@ -56,10 +56,14 @@ class Obstacles:
     is_late: Callable[[], bool] = lambda: False
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
-    def blocked(self, state: State, name: str) -> Blocked | None:
-        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing."""
-        request, place = self.reference.model.request[name], state.places[name]
-        args = place.args if place else least_arguments(request)
+    def blocked(self, state: State, name: str, args: Args | None = None) -> Blocked | None:
+        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing.
+
+        `args`: the arguments with which it is asked, beside what waits.
+        """
+        request, place = self.reference.model.request[name], state.places[name] if args is None else None
+        if args is None:
+            args = place.args if place else least_arguments(request)
         decision = self.reference.decide(state, request, args)
         if decision.reason is None:
             return None
@@ -172,9 +176,9 @@ class Obstacles:
 
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
     """Return what the guard or the consumption of a reason reads, or the rule, of whose requests those that are active:
-    of a resource who uses it.
+    of a resource who uses it. A busy request is active itself.
     """
-    read: dict[Read, None] = {}
+    read: dict[Read, None] = {Read("active", request.name): None} if reason == BUSY else {}
     for guard in request.guards:
         if guard.name == reason.rule:
             read |= dict.fromkeys(sorted(reads(guard.condition)))

@@ -4,9 +4,9 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice, takewhile
-from types import MappingProxyType
 
-from exover.checks.blocking import Blocked, Forbidden, Obstacles, reason_reads
+from exover.checks.blocking import Blocked, Forbidden, Obstacles
+from exover.checks.cause_wording import asked_text, read_there, reason_text
 from exover.checks.finding import Finding
 from exover.checks.kleene import every, negated, some
 from exover.checks.near_events import least_arguments
@@ -17,20 +17,15 @@ from exover.checks.rule_use import ADVICE, NEVER
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
-from exover.model.evaluate import bind
-from exover.model.event import Args
-from exover.model.expression import And, Cond, Not, Or, Param, Past, Status, operands
-from exover.model.model import Launch, Model, Parameter, Request
+from exover.model.expression import And, Cond, Not, Or, Past, Status
+from exover.model.model import Launch, Model, Parameter
 from exover.model.property import Assumption, Formula, Properties
 from exover.model.ranges import FixedComparison, decided
-from exover.model.reads import Read, reads
+from exover.model.reads import reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import end_of, visited
-from exover.model.wording import named_text, value_text
 
-MOST = 6
-"""So many values are told of a moment."""
 LINKS = 4
 """So many causes of causes are told."""
 SHADOWS = 3
@@ -139,7 +134,7 @@ def _property(broken: _Broken) -> str:
     elif state is not None:
         where = "at the end of the run" if prop.form == "ctl" else "there"
         read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
-        parts += _there(broken.model, state, read, where=where, asked=asked_about(prop.formula))
+        parts += read_there(broken.model, state, read, where=where, asked=asked_about(prop.formula))
         if prop.form in ("always possible", "from possible"):
             parts += _launch_missed(broken, state, prop.formula)
     else:
@@ -247,6 +242,14 @@ def _decide(rules: Sequence[str]) -> str:
     return f"{first} and {others} more decide" if others > 0 else f"{first} decide{'s' * (len(rules) == 1)}"
 
 
+def _obligation(broken: _Broken) -> str:
+    """Return what refuses the launch at the end of its run."""
+    state, model = broken.end, broken.model
+    (launch,) = (each for each in model.launches if each.name == broken.finding.subject)
+    found = None if state is None else broken.obstacles.blocked(state, launch.request, launch.args)
+    return "; ".join([broken.finding.message, *([_link(broken, state, found)] if state and found else [])])
+
+
 def _waiting(broken: _Broken) -> str:
     """Return by what the request waits at the end of its run."""
     state, name = broken.end, broken.finding.subject
@@ -272,7 +275,7 @@ def _elsewhere(broken: _Broken, last: Blocked) -> list[str]:
     for state in broken.loop:
         found = broken.obstacles.blocked(state, last.request.name)
         if found is not None and found.waits and found.reason.rule not in (last.reason.rule, *others):
-            others[found.reason.rule] = _reason(broken.model, state, found)
+            others[found.reason.rule] = reason_text(broken.model, state, found)
     told = list(others.values())
     more = [f"{len(told) - SHADOWS} more"] if len(told) > SHADOWS else []
     return [f"earlier in the loop by {'; by '.join([*told[:SHADOWS], *more])}"] if told else []
@@ -292,7 +295,8 @@ def _lockout(broken: _Broken) -> str:
     state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
         return _deadlock(broken)
-    unasked = f"{_asked(request, least_arguments(request))} would be launched, but the assumptions leave no such step"
+    asked = asked_text(request, least_arguments(request))
+    unasked = f"{asked} would be launched, but the assumptions leave no such step"
     return "; ".join([broken.finding.message, *(_stuck(broken, state, request.name) or [unasked])])
 
 
@@ -312,13 +316,14 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
     "rule-use": _rule_use,
     "redundancy": _redundancy,
     "reachability": _reachability,
+    "obligation": _obligation,
     "deadlock": _deadlock,
     "lockout": _lockout,
     "starvation": _waiting,
 }
 
 
-# ---- moments in words ----
+# ---- causes in words ----
 
 
 def _chain(broken: _Broken, state: State, name: str) -> str:
@@ -330,76 +335,12 @@ def _chain(broken: _Broken, state: State, name: str) -> str:
 def _link(broken: _Broken, state: State, link: Blocked | Forbidden | Launch) -> str:
     if isinstance(link, Launch):
         return f"launch rule `{link.name}` requires `{link.request}` there"
-    asked = _asked(link.request, link.args)
+    asked = asked_text(link.request, link.args)
     if isinstance(link, Forbidden):
         return f"{asked} would be launched, but {_assumed(link.assumption)} forbids the step"
-    by = _reason(broken.model, state, link)
-    if broken.end is not None and by != _reason(broken.model, broken.end, link):
-        by = _reason(broken.model, state, link, "in a later state")
+    by = reason_text(broken.model, state, link)
+    if broken.end is not None and by != reason_text(broken.model, broken.end, link):
+        by = reason_text(broken.model, state, link, "in a later state")
     if link.waits and broken.end is not None and broken.end.places[link.request.name]:
         return f"`{link.request.name}` waits by {by}"
     return f"{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
-
-
-def _asked(request: Request, args: Args) -> str:
-    return f"`{request.name}({named_text(request.params, args)})`"
-
-
-def _reason(model: Model, state: State, link: Blocked, where: str = "there") -> str:
-    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
-
-    Of a consumable it is the level.
-    """
-    request, reason = link.request, link.reason
-    because = f" ({reason.because})" if reason.because else ""
-    given: list[str] = []
-    for guard in (guard for guard in request.guards if guard.name == reason.rule):
-        asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
-        values = bind(request.params, link.args)
-        given += [f"{name} == {value_text(values[name])}" for name in asked]
-    read = reason_reads(model, state, request, reason)
-    return ", ".join([f"`{reason.rule}`{because}", *_there(model, state, read, given, where)])
-
-
-def _there(
-    model: Model,
-    state: State,
-    read: Iterable[Read],
-    given: Sequence[str] = (),
-    where: str = "there",
-    asked: Mapping[str, Sequence[str]] = MappingProxyType({}),
-) -> list[str]:
-    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
-
-    `asked`: by request the arguments that are told, too, where it is active.
-    """
-    told = list(given)
-    for each in dict.fromkeys(read):
-        names = asked.get(each.name, ()) if each.kind == "active" else ()
-        slots = [slot for slot in state.slots[each.name] if slot] if names else []
-        params = model.request[each.name].params if slots else ()
-        for slot in slots:
-            values = ", ".join(f"{n} == {value_text(v)}" for n, v in bind(params, slot.args).items() if n in names)
-            told.append(f"{slot.phase}({each.name} with {values})")
-        told += [] if slots else filter(None, [_text(state, each)])
-    more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
-    return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
-
-
-def _text(state: State, read: Read) -> str:
-    match read.kind:
-        case "active":
-            phases = {slot.phase for slot in state.slots[read.name] if slot}
-            return f"{'stopping' if phases == {'stopping'} else 'active' if phases else 'not active'}({read.name})"
-        case "waiting":
-            return f"waiting({read.name})" if state.places[read.name] else f"not waiting({read.name})"
-        case "past":
-            return f"past({read.name})" if state.past[read.name] is not None else f"not past({read.name})"
-        case "last":
-            return f"last({read.name}) == {state.last[read.name]}"
-        case "level":
-            return f"level({read.name}) == {state.levels[read.name]}"
-        case "reading":
-            return f"{read.name} == {value_text(state.readings[read.name])}"
-        case "used":
-            return ""

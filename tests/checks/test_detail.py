@@ -144,6 +144,24 @@ def test_what_can_never_be_launched_again_is_told_with_what_refuses_it() -> None
     assert said["lockout", "c.never_so"] == "`c.never_so(k = 2)` is refused by `c.never_so.closed`, there past(a.left)"
 
 
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_what_refuses_a_required_launch_is_told(engines: Engines) -> None:
+    spec = """spec s; poster low: int in 0 .. 9 = 9;
+module m { request go(); request dock(p: int in 1 .. 3) { check far: p < 3; } request stow(); }
+mutex way: m.go, m.stow because "one at a time";
+launch home: m.dock(3) when low < 2;
+launch still: m.stow() when low == 7;
+launch first: m.dock(1) when low in 4 .. 6;
+"""
+    said = {name: each.message for (check, name), each in found(spec, engines=engines).items() if check == "obligation"}
+    causes = {name: message.partition("; ")[2] for name, message in said.items()}
+    assert causes == {
+        "home": "`m.dock(p = 3)` is refused by `m.dock.far`, there p == 3",
+        "still": "`m.stow()` is refused by `way` (one at a time), there active(m.go)",
+        "first": "`m.dock(p = 1)` is refused by `busy`, there active(m.dock)",
+    }
+
+
 @pytest.mark.parametrize(
     ("assumed", "told"),
     [

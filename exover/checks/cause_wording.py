@@ -1,0 +1,80 @@
+"""What keeps a request from a launch, and what there is in a state, in words."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+from exover.checks.blocking import Blocked, reason_reads
+from exover.model.evaluate import bind
+from exover.model.event import Args
+from exover.model.expression import Param, operands
+from exover.model.model import Model, Request
+from exover.model.reads import Read
+from exover.model.state import State
+from exover.model.wording import named_text, value_text
+
+MOST = 6
+"""So many values are told of a moment."""
+
+
+def asked_text(request: Request, args: Args) -> str:
+    return f"`{request.name}({named_text(request.params, args)})`"
+
+
+def reason_text(model: Model, state: State, link: Blocked, where: str = "there") -> str:
+    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
+
+    Of a consumable it is the level.
+    """
+    request, reason = link.request, link.reason
+    because = f" ({reason.because})" if reason.because else ""
+    given: list[str] = []
+    for guard in (guard for guard in request.guards if guard.name == reason.rule):
+        asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
+        values = bind(request.params, link.args)
+        given += [f"{name} == {value_text(values[name])}" for name in asked]
+    read = reason_reads(model, state, request, reason)
+    return ", ".join([f"`{reason.rule}`{because}", *read_there(model, state, read, given, where)])
+
+
+def read_there(
+    model: Model,
+    state: State,
+    read: Iterable[Read],
+    given: Sequence[str] = (),
+    where: str = "there",
+    asked: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> list[str]:
+    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
+
+    `asked`: by request the arguments that are told, too, where it is active.
+    """
+    told = list(given)
+    for each in dict.fromkeys(read):
+        names = asked.get(each.name, ()) if each.kind == "active" else ()
+        slots = [slot for slot in state.slots[each.name] if slot] if names else []
+        params = model.request[each.name].params if slots else ()
+        for slot in slots:
+            values = ", ".join(f"{n} == {value_text(v)}" for n, v in bind(params, slot.args).items() if n in names)
+            told.append(f"{slot.phase}({each.name} with {values})")
+        told += [] if slots else filter(None, [_read_text(state, each)])
+    more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
+    return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
+
+
+def _read_text(state: State, read: Read) -> str:
+    match read.kind:
+        case "active":
+            phases = {slot.phase for slot in state.slots[read.name] if slot}
+            return f"{'stopping' if phases == {'stopping'} else 'active' if phases else 'not active'}({read.name})"
+        case "waiting":
+            return f"waiting({read.name})" if state.places[read.name] else f"not waiting({read.name})"
+        case "past":
+            return f"past({read.name})" if state.past[read.name] is not None else f"not past({read.name})"
+        case "last":
+            return f"last({read.name}) == {state.last[read.name]}"
+        case "level":
+            return f"level({read.name}) == {state.levels[read.name]}"
+        case "reading":
+            return f"{read.name} == {value_text(state.readings[read.name])}"
+        case "used":
+            return ""
