@@ -60,6 +60,8 @@ class Shadows:
     without: WithoutRules
     states: Sequence[State]
     assumptions: Sequence[Assumption]
+    _observed: dict[tuple[int, Event], "Tried"] = field(default_factory=dict)
+    """Observations by the number of a state, each tried once for all that are looked into."""
 
     def of(self, name: str) -> "Shadowing":
         """Return which rules decide where a rule or guard would, the one that was seen most often first; if there are
@@ -101,7 +103,8 @@ class Shadows:
         """
         model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
         request, forbids, forbids_without = model.request[name], Counter[Assumption](), Counter[Assumption]()
-        for step in self._steps(model, [request]):
+        concerned = replace(model, requests=(request,), rules=in_question(model)[name])
+        for step in self._steps(concerned, [request]):
             if not isinstance(step.event, Ask):
                 continue
             reason = self.reference.decide(step.state, request, step.event.args).reason
@@ -125,11 +128,12 @@ class Shadows:
         """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
         random = Random(0)
         seen = list(observations(only))
-        for state in self.states:
+        for number, state in enumerate(self.states):
             for observation in (None, *seen):
                 there = state
                 if observation is not None:
-                    tried = Tried(self.reference, self.assumptions, state, observation)
+                    fresh = Tried(self.reference, self.assumptions, state, observation)
+                    tried = self._observed.setdefault((number, observation), fresh)
                     yield tried
                     if tried.forbids:
                         continue
