@@ -32,6 +32,8 @@ SHADOWS = 3
 """So many rules are named that decide before another."""
 SEARCHED = ("rule-use", "reachability", "redundancy")
 """Checks whose causes are looked for in steps near the runs of other findings."""
+RUNLESS = ("consistency", "tables")
+"""Checks that are not about runs, whatever is assumed."""
 
 
 def detailed(
@@ -46,12 +48,18 @@ def detailed(
     obstacles = Obstacles(reference, without, properties.assumptions, is_late)
     broken = [each for each in findings if each.verdict == "violated"]
     dead = {each.subject for each in broken if each.check == "rule-use"}
+    contradictory = any(CONTRADICTORY in each.message for each in broken)
     searched = [e for e in broken if e.check in SEARCHED and (e.check != "redundancy" or e.subject not in dead)][:RULES]
     unlaunched = frozenset(each.subject for each in broken if each.check == "reachability")
-    looking = shadows(reference, without, properties.assumptions, findings) if searched and not is_late() else None
+    looks = searched and not contradictory and not is_late()
+    looking = shadows(reference, without, properties.assumptions, findings) if looks else None
     for finding in findings:
         add = DETAILS.get(finding.check)
-        if add is None or finding.verdict != "violated":
+        if finding.verdict != "violated" or CONTRADICTORY in finding.message:
+            yield finding
+        elif contradictory and finding.check not in RUNLESS and not (finding.trace and finding.trace.moments):
+            yield replace(finding, message=f"{CONTRADICTORY}, mend that first; {finding.message}")
+        elif add is None:
             yield finding
         else:
             near = looking if finding in searched and not is_late() else None
@@ -116,8 +124,6 @@ def _completeness(broken: _Broken) -> str:
 def _property(broken: _Broken) -> str:
     """Return what the form means, beside the text of the property, and what it reads in the last moment of a run."""
     finding = broken.finding
-    if CONTRADICTORY in finding.message:
-        return finding.message
     prop = named(broken.properties, finding.subject)
     how, message = how_broken(prop, finding.trace), finding.message
     for said in (VIOLATED, BROKEN[prop.form]):

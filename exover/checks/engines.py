@@ -5,10 +5,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
 from exover.checks.finding import Finding
-from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
+from exover.checks.property import UNFAIR, VACUOUS
 from exover.checks.question import Check, Question
 from exover.dataclass import dataclass
-from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Judge, Opinion, SayOpinion
+from exover.loop.claim import CONTRADICTION, CONTRADICTORY, NO_FORMULA, Claim, Judge, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled

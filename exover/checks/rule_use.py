@@ -13,7 +13,7 @@ IFF = (
 )
 HOLDS = "some run has an action that names it, or makes its condition true"
 NEVER, ADVICE = "it never acts", "correct it or take it out"
-VIOLATED = f"{NEVER}: it is never called for, or an earlier rule always decides first; {ADVICE}"
+VIOLATED = f"{NEVER}: it is never called for, or other rules always decide in its place; {ADVICE}"
 
 
 def decide(context: Context, question: Question) -> Finding:

@@ -23,6 +23,8 @@ NO_FORMULA = "what it asks is not said by a formula about runs"
 """Why an engine has no answer that knows formulas alone."""
 CONTRADICTORY = "the assumptions contradict each other"
 """Why a claim about them is violated whatever else it says."""
+CONTRADICTION = f"{CONTRADICTORY}: from here on they forbid every step"
+"""The same, of a run that leads there."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,12 @@ from functools import cached_property
 
 from exover.certificate.check import State
 from exover.checks.finding import Finding
-from exover.checks.property import CONTRADICTION, UNFAIR
+from exover.checks.property import UNFAIR
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.engines.bdd.space import Set
-from exover.loop.claim import Claim, Progress
+from exover.loop.claim import CONTRADICTION, Claim, Progress
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.step_predicates import moments
 from exover.model.model import NOWHERE

@@ -6,9 +6,10 @@ import pytest
 
 from exover.checks.engines import DIAGRAMS, Engines, contradicted
 from exover.checks.finding import Finding
-from exover.checks.property import CONTRADICTION, VIOLATED
+from exover.checks.property import VIOLATED
 from exover.checks.question import Question
 from exover.checks.run import check_all
+from exover.loop.claim import CONTRADICTION
 from exover.model.event import Observe
 from exover.model.model import NOWHERE
 from exover.model.property import NO_PROPERTIES, Properties

@@ -19,7 +19,7 @@ from exover.engines.aig.questions import (
     RunQuestion,
     questions_in,
 )
-from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.claim import CONTRADICTION, NO_FORMULA, Claim, Opinion, Verdict
 from exover.model.trace import Trace
 
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
@@ -52,6 +52,8 @@ class Evidence:
     settled: bool | None = None
     """Whether it is proved that the passes are enough; None before that is looked into."""
     found: dict[Leaf, Found] = field(default_factory=lambda: {Reach(FALSE): Found(False, PROVED)})
+    stranded: Trace | None = None
+    """A run to where the assumptions allow no step, if one is known: it is looked for where that is not proved."""
 
     def is_complete(self, question: RunQuestion) -> bool:
         """Return whether all has been looked into that the answer to a question depends on."""
@@ -60,11 +62,15 @@ class Evidence:
     def opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
         """Return what is known of a claim, which is a question: a run that shows it, or that it is proved."""
         answer = self.answer(question, claim.fair)
+        is_run = answer.truth is False and answer.method == WITNESS
+        goes_on = answer.truth is None or is_run or not claim.coherent or self.goes_on(claim.fair)
+        if claim.coherent and self.stranded is not None:
+            return Opinion("violated", WITNESS, CONTRADICTION, self.stranded)
         if answer.truth is None:
             return Opinion("unknown", "", answer.reason or NO_FORMULA)
-        verdict: Verdict = "holds" if answer.truth else "violated"
-        if claim.coherent and verdict == "holds" and not self.goes_on(claim.fair):
+        if answer.truth and not goes_on:
             return Opinion("unknown", "", STRANDED)
+        verdict: Verdict = "holds" if answer.truth else "violated"
         told = verdict == "violated" or claim.check in TOLD
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
 

@@ -13,11 +13,11 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Open, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.graph import FALSE, Circuit
-from exover.engines.aig.machine_closure import is_machine_closed
+from exover.engines.aig.machine_closure import is_machine_closed, stranded
 from exover.engines.aig.moments import Moments
 from exover.engines.aig.portfolio import SHORT, Portfolio
 from exover.engines.aig.questions import (
@@ -32,6 +32,7 @@ from exover.engines.aig.questions import (
 from exover.engines.aig.redundancy import changes
 from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
+from exover.model.trace import Trace
 
 FAIR = "fair reports end every wait"
 URGENT = ("safety", "completeness", "obligation", "property")
@@ -49,6 +50,8 @@ class Inquiry:
     budget: int
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
+    _stops: list[Inputs] = field(default_factory=list)
+    """Runs to states from which the assumptions may allow no step."""
 
     def __post_init__(self) -> None:
         self.evidence = Evidence(self._goes_on)
@@ -244,13 +247,22 @@ class Inquiry:
             return False
         if fair not in self._going_on:
             self._going_on[fair] = is_machine_closed(self.encoding, fair, self._excluded)
+            if not self._going_on[fair] and self.evidence.stranded is None:
+                self.evidence.stranded = self._stranded()
         return self._going_on[fair]
 
     def _excluded(self, circuit: Circuit) -> bool:
         answers: list[Answer] = []
         whole = range(len(circuit.bad))
         self.moments.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
+        self._stops += [answer.inputs[:-1] for answer in answers if isinstance(answer, Reachable)]
         return all(isinstance(answer, Unreachable) for answer in answers)
+
+    def _stranded(self) -> Trace | None:
+        """Return a run to a state from which the assumptions allow no step, if some known run comes to one."""
+        found = stranded(self.encoding, [*self.moments.runs, *self._stops])
+        traces = self.moments.concretizer.traces([] if found is None else [found])
+        return next((trace for trace in traces if isinstance(trace, Trace)), None)
 
     def _tell(self, final: bool = False) -> None:
         """Say of each claim what is known of it by now, and which are given up: all, if this is `final`."""

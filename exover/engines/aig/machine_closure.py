@@ -5,7 +5,10 @@
 
 from collections.abc import Callable, Sequence
 
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.coverage import CoverageGoals
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploration import Exploration, Seed
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.home_states import inputs_of
 from exover.engines.aig.solver import Solver
@@ -41,6 +44,30 @@ def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> boo
         return True
     following = [encoding.following[2 * node] for node, _ in graph.latches]
     return excluded(graph.circuit(following, open_cases))
+
+
+def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
+    """Return the shortest of some runs to a state from which the assumptions allow no step, None if there is none.
+
+    No input is a step from there, nor one that is not settled: of such a one it is not known whether it is allowed. The
+    start is looked at in any case.
+    """
+    steps = (encoding.legal, *encoding.unsettled_parts)
+    circuit = encoding.circuit(steps)
+    latches = [latch.node for latch in circuit.support(steps)]
+    reached = Exploration(circuit, range(len(steps)), lambda step, state: {}, CoverageGoals())
+    reached.follow(runs)
+    solver = Solver(encoding.graph.within_step())
+
+    def allows_some(seed: Seed) -> bool:
+        state = [solver.literal(2 * node + (node not in seed.true)) for node in latches]
+        return any(solver.satisfiable([*state, solver.literal(step)]) for step in steps)
+
+    try:
+        nearest = sorted(reached.seeds, key=lambda seed: len(seed.run))
+        return next((seed.run for seed in nearest if not allows_some(seed)), None)
+    finally:
+        solver.close()
 
 
 def _allowed(encoding: Encoding, solver: Solver, state: Sequence[Literal], true: frozenset[int]) -> bool:

@@ -18,7 +18,7 @@ from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.steps import SymbolicSteps
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, Unrolled
-from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.claim import CONTRADICTION, NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.exact.actions import TableActions
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.table_encoding import TableEncoding
@@ -56,7 +56,6 @@ SECONDS = 60.0
 """The time for one claim, if nobody says how long it may take."""
 LASSOS = range(1, 15)
 """Lengths of the runs that are looked for where a run has to go on for ever."""
-CONTRADICTION = f"{CONTRADICTORY}: they leave some moment no step"
 OPPOSITE: dict[Verdict, Verdict] = {"holds": "violated", "violated": "holds", "unknown": "unknown"}
 
 

@@ -2,11 +2,15 @@
 
 import pytest
 
+from exover.checks import property as property_check
 from exover.engines.aig.answer import Answer, Unreachable
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.engine import Aig
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.pdr import decide
+from exover.loop.claim import CONTRADICTION, CONTRADICTORY, Opinion
+from exover.model.event import Ask, Event, Report
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
 
@@ -39,3 +43,39 @@ def test_runs_go_on_as_far_as_assumptions_let_them(assumed: str, wanted: bool) -
     assert properties is not None
     encoding = Encoding(build(model).compiled, properties)
     assert is_machine_closed(encoding, True, excluded) is wanted
+
+
+@pytest.mark.parametrize(
+    ("assumed", "events"),
+    [
+        ("assume always charge < 20; assume always charge > 60;", ()),
+        ("assume never past(m.go) and not ended(m.go);", (Ask("m.go"), Report("m.go", 0, "ok"))),
+    ],
+    ids=["at the start", "later"],
+)
+def test_where_no_step_is_allowed_assumptions_contradict_each_other(assumed: str, events: tuple[Event, ...]) -> None:
+    properties = (
+        "property a: possible active(m.stop); property b: active(m.go) precedes past(m.go); "
+        "property c: always possible active(m.stop);"
+    )
+    said = judged(f"for small; {assumed} {properties}")
+    assert [(each.verdict, each.message) for each in said] == [("violated", CONTRADICTION)] * 3
+    assert [each.trace.events for each in said if each.trace] == [events] * 3
+
+
+def test_what_assumptions_let_go_on_is_not_said_to_be_contradictory() -> None:
+    (said,) = judged("for small; assume never ended(m.go); property a: never running(m.stop) and charge == 7;")
+    assert said.verdict == "violated"
+    assert CONTRADICTORY not in said.message
+
+
+def judged(text: str) -> list[Opinion]:
+    """Return what is said of the properties of a text, without ABC."""
+    model = load(Source("small.exo", SPEC)).model
+    assert model is not None
+    properties = load_properties(Source("small.prop", text), model).properties
+    assert properties is not None
+    claims = [property_check.claim(model, properties, each.name) for each in properties.properties]
+    found: dict[int, Opinion] = {}
+    Aig(build(model).compiled, properties).judge_all(claims, found.__setitem__)
+    return [found[number] for number in range(len(claims))]
