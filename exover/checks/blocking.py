@@ -16,6 +16,7 @@ from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
 from exover.model.event import Args, Ask
+from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status, Used, operands
 from exover.model.model import Effect, Forget, Launch, Model, Request, SetState
 from exover.model.property import Assumption
 from exover.model.reads import Read, reads, rule_reads, users
@@ -132,7 +133,8 @@ class Obstacles:
             if not isinstance(link, Blocked):
                 continue
             read = set(reason_reads(model, there, link.request, link.reason))
-            again = [each for each in model.launches if Read("active", each.request) in read and each.name not in told]
+            hinders = set(_hindering(model, link.request, link.reason))
+            again = [each for each in model.launches if each.request in hinders and each.name not in told]
             again = [each for each in again if there.active([each.request]) and holds(model, there, each.condition)]
             for launch in again:
                 told.add(launch.name)
@@ -143,11 +145,11 @@ class Obstacles:
             for each in model.requests:
                 idle = each.name not in told and not there.active([each.name])
                 mends = idle and any(self._mends(there, each, read, is_mended) for read, is_mended in wanted)
-                other = self.blocked(there, each.name) if mends else None
+                other = (self.blocked(there, each.name) or self.forbidden(there, each.name)) if mends else None
                 if other is not None:
                     told.add(each.name)
                     found.append(other)
-            left += [(there, each.request.name) for each in sorted(found, key=lambda each: not each.waits)]
+            left += [(there, each.request.name) for each in sorted(found, key=lambda each: not _waits(each))]
 
     def is_mended(self, link: Blocked, state: State) -> bool:
         """Return whether a request would not be blocked in a state for the reason for which it is."""
@@ -174,20 +176,61 @@ class Obstacles:
         return any(map(is_mended, changed))
 
 
+def _waits(link: Blocked | Forbidden) -> bool:
+    return isinstance(link, Blocked) and link.waits
+
+
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
-    """Return what the guard or the consumption of a reason reads, or the rule, of whose requests those that are active:
-    of a resource who uses it. A busy request is active itself.
+    """Return what the guard or the consumption of a reason reads, or the rule, but for requests that would be in the
+    way and are idle; of a resource who uses it. A busy request is active itself.
     """
     read: dict[Read, None] = {Read("active", request.name): None} if reason == BUSY else {}
     for guard in request.guards:
         if guard.name == reason.rule:
             read |= dict.fromkeys(sorted(reads(guard.condition)))
+    idle = {name for name in _hindering(model, request, reason) if not state.active([name])}
     for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
         holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
-        read |= dict.fromkeys(each for each in holders if each.kind != "active" or state.active([each.name]))
+        read |= dict.fromkeys(each for each in holders if each.kind != "active" or each.name not in idle)
     if any(clause.resource == reason.rule for clause in request.consumptions):
         read[Read("level", reason.rule)] = None
     return tuple(read)
+
+
+def _hindering(model: Model, request: Request, reason: Reason) -> Iterator[str]:
+    """Yield the requests that may be in the way by being active: those that have to end for a guard or a rule to let a
+    request pass, and itself if it is busy.
+    """
+    if reason == BUSY:
+        yield request.name
+    for guard in request.guards:
+        if guard.name == reason.rule:
+            yield from _settling(model, guard.condition, truth=False)
+    for rule in model.rules:
+        if rule.name == reason.rule:
+            yield from _settling(model, rule.condition, truth=True)
+            yield from (rule.slot_of,) if rule.slot_of else ()
+
+
+def _settling(model: Model, condition: Cond, truth: bool) -> Iterator[str]:
+    """Yield the requests that may make a condition true, or else false, by being active."""
+    match condition:
+        case Status("active" | "running" | "stopping", request) if truth:
+            yield request
+        case Not(part):
+            yield from _settling(model, part, not truth)
+        case And(parts) | Or(parts):
+            for part in parts:
+                yield from _settling(model, part, truth)
+        case Compare():
+            for term in operands(condition):
+                match term:
+                    case Count(requests):
+                        yield from requests
+                    case Used(resource):
+                        yield from users(model, resource)
+        case _:
+            pass
 
 
 def _names(effect: Effect) -> tuple[str, ...]:

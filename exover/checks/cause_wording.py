@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from exover.checks.blocking import Blocked, reason_reads
-from exover.model.evaluate import bind
+from exover.model.evaluate import NOTHING, bind, value_of
 from exover.model.event import Args
-from exover.model.expression import Param, operands
+from exover.model.expression import Cond, Param, Status, Used, atoms, operands
 from exover.model.model import Model, Request
 from exover.model.reads import Read
 from exover.model.state import State
@@ -21,7 +21,8 @@ def asked_text(request: Request, args: Args) -> str:
 
 
 def reason_text(model: Model, state: State, link: Blocked, where: str = "there") -> str:
-    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
+    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active,
+    with the arguments that are read.
 
     Of a consumable it is the level.
     """
@@ -32,8 +33,21 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
         asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
         values = bind(request.params, link.args)
         given += [f"{name} == {value_text(values[name])}" for name in asked]
+    conditions = [guard.condition for guard in request.guards if guard.name == reason.rule]
+    conditions += [rule.condition for rule in model.rules if rule.name == reason.rule]
     read = reason_reads(model, state, request, reason)
-    return ", ".join([f"`{reason.rule}`{because}", *read_there(model, state, read, given, where)])
+    told = read_there(model, state, read, given, where, arguments_read(conditions))
+    return ", ".join([f"`{reason.rule}`{because}", *told])
+
+
+def arguments_read(conditions: Iterable[Cond]) -> dict[str, list[str]]:
+    """Return, by request, the arguments that conditions read of its slots."""
+    found: dict[str, list[str]] = {}
+    for each in (each for condition in conditions for each in atoms(condition)):
+        if isinstance(each, Status) and each.where is not None:
+            names = (term.name for term in operands(each.where) if isinstance(term, Param))
+            found.setdefault(each.request, []).extend(names)
+    return found
 
 
 def read_there(
@@ -56,12 +70,12 @@ def read_there(
         for slot in slots:
             values = ", ".join(f"{n} == {value_text(v)}" for n, v in bind(params, slot.args).items() if n in names)
             told.append(f"{slot.phase}({each.name} with {values})")
-        told += [] if slots else filter(None, [_read_text(state, each)])
+        told += [] if slots else [_read_text(model, state, each)]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
 
 
-def _read_text(state: State, read: Read) -> str:
+def _read_text(model: Model, state: State, read: Read) -> str:
     match read.kind:
         case "active":
             phases = {slot.phase for slot in state.slots[read.name] if slot}
@@ -77,4 +91,4 @@ def _read_text(state: State, read: Read) -> str:
         case "reading":
             return f"{read.name} == {value_text(state.readings[read.name])}"
         case "used":
-            return ""
+            return f"used({read.name}) == {value_of(model, state, Used(read.name), NOTHING)}"

@@ -6,17 +6,18 @@ from functools import cached_property
 from itertools import islice, takewhile
 
 from exover.checks.blocking import Blocked, Forbidden, Obstacles
-from exover.checks.cause_wording import asked_text, read_there, reason_text
+from exover.checks.cause_wording import arguments_read, asked_text, read_there, reason_text
 from exover.checks.finding import Finding
 from exover.checks.kleene import every, negated, some
 from exover.checks.near_events import least_arguments
 from exover.checks.property import BROKEN, VIOLATED, named
-from exover.checks.property_detail import asked_about, conditions, false_first, how_broken, owed, requests_named
+from exover.checks.property_detail import conditions, false_first, how_broken, owed, requests_named
 from exover.checks.remedy import advice
 from exover.checks.rule_use import ADVICE, NEVER
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
+from exover.model.evaluate import holds
 from exover.model.expression import And, Cond, Not, Or, Past, Status
 from exover.model.model import Launch, Model, Parameter
 from exover.model.property import Assumption, Formula, Properties
@@ -107,6 +108,11 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
             yield f"{where}: in {what}, {each}"
 
 
+def _never_true(model: Model, formula: Formula) -> list[str]:
+    """Return, in words, which comparisons of a formula are false whatever happens."""
+    return [str(each) for each in _decided(model, formula) if not each.truth]
+
+
 def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
     yield from dict.fromkeys(each for condition in conditions(formula) for each in decided(model, condition))
 
@@ -135,14 +141,15 @@ def _property(broken: _Broken) -> str:
         parts += false_first(broken.reference, prop.formula, finding.trace)
     state = broken.end
     if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
-        names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names if state.places[name])
-        parts += [told for name in names for told in _held_up(broken, state, name)]
+        names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names)
+        parts += [told for name in names if state.places[name] for told in _held_up(broken, state, name)]
+        parts += [told for each in broken.model.launches if each.request in names for told in _refused(broken, each)]
     elif state is not None:
         where = "at the end of the run" if prop.form == "ctl" else "there"
         read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
-        parts += read_there(broken.model, state, read, where=where, asked=asked_about(prop.formula))
+        parts += read_there(broken.model, state, read, where=where, asked=arguments_read(conditions(prop.formula)))
         if prop.form in ("always possible", "from possible"):
-            parts += _launch_missed(broken, state, prop.formula)
+            parts += _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
     else:
         parts += map(str, _decided(broken.model, prop.formula))
         parts += _never_launched(broken, (name for names in requests_named(prop.formula) for name in names))
@@ -153,7 +160,7 @@ def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]
     """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
     launched, said = requests_named(formula)
     wanted = list(dict.fromkeys([*launched, *(name for name in said if not state.active([name]))]))
-    return _stuck(broken, state, wanted[0]) if len(wanted) == 1 else []
+    return _never_launched(broken, wanted) + _stuck(broken, state, wanted[0]) if len(wanted) == 1 else []
 
 
 def _rule_use(broken: _Broken) -> str:
@@ -250,10 +257,21 @@ def _decide(rules: Sequence[str]) -> str:
 
 def _obligation(broken: _Broken) -> str:
     """Return what refuses the launch at the end of its run."""
-    state, model = broken.end, broken.model
-    (launch,) = (each for each in model.launches if each.name == broken.finding.subject)
-    found = None if state is None else broken.obstacles.blocked(state, launch.request, launch.args)
-    return "; ".join([broken.finding.message, *([_link(broken, state, found)] if state and found else [])])
+    (launch,) = (each for each in broken.model.launches if each.name == broken.finding.subject)
+    return "; ".join([broken.finding.message, *_refused(broken, launch)])
+
+
+def _refused(broken: _Broken, launch: Launch) -> list[str]:
+    """Return what refuses a required launch at the end of a run, if it is required there and neither active nor waits
+    with its arguments.
+    """
+    state = broken.end
+    if state is None or not holds(broken.model, state, launch.condition):
+        return []
+    place = state.places[launch.request]
+    held = [each.args for each in (*state.slots[launch.request], place) if each]
+    found = None if launch.args in held else broken.obstacles.blocked(state, launch.request, launch.args)
+    return [_link(broken, state, found)] if found else []
 
 
 def _waiting(broken: _Broken) -> str:
@@ -303,7 +321,8 @@ def _lockout(broken: _Broken) -> str:
         return _deadlock(broken)
     asked = asked_text(request, least_arguments(request))
     unasked = f"{asked} would be launched, but the assumptions leave no such step"
-    return "; ".join([broken.finding.message, *(_stuck(broken, state, request.name) or [unasked])])
+    never = _never_launched(broken, [request.name])
+    return "; ".join([broken.finding.message, *never, *(_stuck(broken, state, request.name) or [unasked])])
 
 
 def _stuck(broken: _Broken, state: State, name: str) -> list[str]:

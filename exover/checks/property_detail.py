@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from exover.checks.property import BROKEN
 from exover.checks.run_moments import is_true, moments_of
 from exover.model.event import Event
-from exover.model.expression import Cond, Param, Status, operands
+from exover.model.expression import Cond, Status
 from exover.model.expression import atoms as condition_atoms
 from exover.model.property import (
     TRUE,
@@ -83,16 +83,6 @@ def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]
     if since is None:
         return []
     return [f"the premise is true {f'after step {since}' if since else 'at the start'}"]
-
-
-def asked_about(formula: Formula) -> dict[str, list[str]]:
-    """Return, by request, the arguments that the conditions of a formula read of its slots."""
-    found: dict[str, list[str]] = {}
-    for each in (each for condition in conditions(formula) for each in condition_atoms(condition)):
-        if isinstance(each, Status) and each.where is not None:
-            names = (term.name for term in operands(each.where) if isinstance(term, Param))
-            found.setdefault(each.request, []).extend(names)
-    return found
 
 
 def requests_named(formula: Formula) -> tuple[list[str], list[str]]:

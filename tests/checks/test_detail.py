@@ -146,6 +146,20 @@ def test_what_can_never_be_launched_again_is_told_with_what_refuses_it() -> None
 
 
 @pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_what_would_end_a_wait_by_being_active_is_not_told_to_be_in_the_way(engines: Engines) -> None:
+    spec = """spec s; poster dust: int in 0 .. 80 = 50;
+module cut { request go(); } module vac { request suck(level: int in 1 .. 3) instances 2; }
+forbid cloud: active(cut.go) and dust > 40 and not active(vac.suck with level >= 2) by wait;
+launch extract: vac.suck(1) when dust > 30;
+"""
+    waits = found(spec, engines=engines)["starvation", "cut.go"].message.partition("; ")[2]
+    assert waits in (
+        "`cut.go` waits by `cloud`, there running(vac.suck with level == 1), dust == 50",
+        "`cut.go` waits by `cloud`, there not active(vac.suck), dust == 50",
+    )
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
 def test_what_refuses_a_required_launch_is_told(engines: Engines) -> None:
     spec = """spec s; poster low: int in 0 .. 9 = 9;
 module m { request go(); request dock(p: int in 1 .. 3) { check far: p < 3; } request stow(); }
@@ -175,7 +189,9 @@ def test_what_only_assumptions_keep_from_a_launch_is_told_so(assumed: str, told:
     findings = found(SPEC, properties)
     would = f"; `a.left()` would be launched, but {told}"
     assert findings["lockout", "a.left"].message.endswith(would)
-    assert findings["property", "p"].message.endswith(would if "forbids" in told else "; there not active(a.left)")
+    assert findings["property", "p"].message.endswith(
+        would if "forbids" in told else "; no run launches `a.left`: see reachability"
+    )
 
 
 def test_a_rule_may_stand_in_the_way_of_what_an_assumption_forbids_all_the_same() -> None:
@@ -270,7 +286,9 @@ def test_only_steps_that_are_assumed_mend_anything() -> None:
     assert said.endswith("; `m.a()` is refused by `m.a.close`, there near == false")
     assumed = "assume never launched(m.b) and not active(m.a); assume always lit or near or active(m.b) or past(m.b);"
     said = found(spec, f"for s; {assumed}")["lockout", "m.a"].message
-    assert said.endswith("; once all else is mended, `m.a()` is refused by `m.a.check.3`, there not past(m.b)")
+    forbidden = "`m.b()` would be launched, but the assumption at s.prop:1:8 forbids the step"
+    last = f"once all else is mended, `m.a()` is refused by `m.a.check.3`, there not past(m.b); {forbidden}"
+    assert said.endswith(f"; {last}")
 
 
 def test_a_property_that_no_run_shows_points_at_a_request_that_is_never_launched() -> None:
@@ -355,3 +373,30 @@ def test_where_nothing_need_happen_a_lasso_observes_what_is_read(properties: str
     assert finding.verdict == "violated" and finding.trace is not None
     assert len(finding.trace.moments) == length and finding.trace.loop_start == length - 1
     assert isinstance(finding.trace.events[-1], Observe)
+
+
+def test_what_is_used_and_what_refuses_a_launch_that_should_come_are_told() -> None:
+    spec = """spec s; resource power: 9 by wait; poster low: bool = false;
+module m { request lift() { uses power 7; } request dock() { check seen: past(m.look); } request look(); }
+module n { state at: {home, pool} = home; request go() { interrupts self; on ok set at = home; } }
+launch home: m.dock() when low;
+"""
+    properties = """for s; property u: never used(power) > 5;
+property l: always (low leads to active(m.dock));
+property f: from launched(n.go) possible n.at == pool;
+"""
+    said = {name: each.message for (check, name), each in found(spec, properties).items() if check == "property"}
+    assert said["u"].endswith("; there used(power) == 7")
+    assert said["l"].endswith("; `m.dock()` is refused by `m.dock.seen`, there not past(m.look)")
+    assert "; `n.at == pool` is false whatever happens: " in said["f"]
+    assert "is kept waiting" not in said["f"]
+
+
+def test_findings_that_no_step_shows_name_assumptions_that_contradict_each_other_first() -> None:
+    findings = found(SPEC, "for s; assume always wind < 3; assume always wind > 9; property p: never wind == 4;")
+    first = {
+        check: each.message.partition(",")[0] for (check, _), each in findings.items() if each.verdict == "violated"
+    }
+    told = "the assumptions contradict each other"
+    assert set(first.values()) == {told, f"{told}: from here on they forbid every step"}
+    assert {"reachability", "rule-use", "lockout", "property"} <= first.keys()
