@@ -39,7 +39,7 @@ class Mistakes:
         """
         uses = self._unknown.setdefault((code, scope, name), [])
         if not uses and not hint and len(self._unknown) <= MAX_HINTS:
-            hint = did_you_mean(name, known := list(candidates())) or _known(known)
+            hint = did_you_mean(name, known := list(candidates())) or known_here(known)
         uses.append(Diagnostic(code, message, span, help=hint or (uses[0].help if uses else "")))
 
     def again(self, name: str, what: str, span: Span, first: Span) -> None:
@@ -75,7 +75,7 @@ class Mistakes:
         return replace(first, label=f"used again on line{'s' if len(lines) > 1 else ''} {listed}{more}")
 
 
-def _known(names: list[str]) -> str:
+def known_here(names: list[str]) -> str:
     """Return the known names in words, if they are few."""
     return f"known here: {', '.join(map(quote, names))}" if 0 < len(names) <= MAX_KNOWN else ""
 

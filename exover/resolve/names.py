@@ -7,7 +7,7 @@ from typing import Literal, assert_never
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.types import Enum, Type
-from exover.resolve.mistakes import Mistakes
+from exover.resolve.mistakes import Mistakes, known_here
 from exover.resolve.values import Constants
 from exover.source import Span
 from exover.syntax import tree
@@ -101,7 +101,8 @@ def find_request(names: SymbolTable, ref: tree.Ref, mistakes: Mistakes) -> Signa
         name = f"{ref.module.text}.{ref.request.text}"
         if ref.request.text in module.quantities:
             kind = module.quantities[ref.request.text].kind
-            mistakes.add("E219", f"{quote(name)} is a {kind}, a request is needed here", ref.span)
+            known = known_here([request.name for request in module.requests.values()])
+            mistakes.add("E219", f"{quote(name)} is a {kind}, a request is needed here", ref.span, hint=known)
         else:
             mistakes.unknown(
                 "E203", f"unknown request {quote(name)}", name, ref.span, lambda: _near(names, ref.module.text)

@@ -168,6 +168,19 @@ def _converted(constant: Constant, kind: Type, known: Constants, span: Span, mis
     return None
 
 
+def _may_be(constant: Constant | None, kind: Type | None) -> bool:
+    """Return whether a constant, as far as it is known, may be a value of a type."""
+    match constant, kind:
+        case (None, _) | (_, None):
+            return True
+        case Symbol(name), Enum(values):
+            return name in values
+        case bool(), _:
+            return isinstance(kind, Bool)
+        case _:
+            return isinstance(constant, Numeral) and isinstance(kind, Int | Real)
+
+
 def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: Mistakes) -> None:
     """Note that a name which should be a constant is none."""
     if symbol.name in known.others:
@@ -180,6 +193,10 @@ def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: M
         f"unknown {what} {quote(symbol.name)}",
         symbol.name,
         symbol.span,
-        lambda: [*values, *known.consts, *(("true", "false") if isinstance(kind, Bool) else ())],
+        lambda: [
+            *values,
+            *(name for name, constant in known.consts.items() if _may_be(constant, kind)),
+            *(("true", "false") if isinstance(kind, Bool) else ()),
+        ],
         f"{quote(symbol.name)} is a parameter; a value is written out here" if symbol.name in known.parameters else "",
     )
