@@ -386,7 +386,10 @@ HINTS = [
     ("context m.c { on ok set tol = none; }", "did you mean `tool`?"),
     ("forbid active(m.a) and m.b;", "did you mean `active(m.b)`?"),
     ("poster p: zon = base;", "did you mean `zone`?"),
-    ("const far = 3; const away = field; poster p: zone = nowhere;", "known here: `base`, `dock`, `field`, `home`, `away`"),
+    (
+        "const far = 3; const away = field; poster p: zone = nowhere;",
+        "known here: `base`, `dock`, `field`, `home`, `away`",
+    ),
     ("module z { state s: bool = true; request r(); } context z.r { after z.s; }", "known here: `z.r`"),
 ]
 
