@@ -1,4 +1,4 @@
-"""Lassos from which no step can be dropped, nor two, tried on the reference interpreter.
+"""Lassos from which no step can be dropped, nor two related ones, tried on the reference interpreter.
 
 Diagrams and solvers close a loop by the way that suits them. What is left of a lasso shows the same if the claim is
 false of it too: what a formula says of a run that repeats itself is known from its moments. Where nothing need
@@ -68,20 +68,32 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
 
 
 def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
-    """Return a lasso that rests where it can, without single steps, and if it is short without two at a time."""
+    """Return a lasso that rests where it can, without single steps, then without several at a time."""
     lasso = next(filter(shows, _resting(shows.reference, lasso)), lasso)
-    lasso = _dropped(lasso, shows, lambda size: ((n,) for n in reversed(range(size))))
-    if len(lasso) > PAIRED:
-        return lasso
-    return _dropped(lasso, shows, lambda size: chain(combinations(range(size), 2), ((n,) for n in range(size))))
+    lasso = _dropped(lasso, shows, lambda lasso: ((n,) for n in reversed(range(len(lasso)))))
+    return _dropped(lasso, shows, _related)
 
 
-def _dropped(lasso: _Lasso, shows: "_Shows", drops: Callable[[int], Iterator[tuple[int, ...]]]) -> _Lasso:
+def _related(lasso: _Lasso) -> Iterator[tuple[int, ...]]:
+    """Yield the steps that speak of the same, together and each two of them, of a short lasso any two; then each step.
+
+    What one such step does another often undoes: only without both is the claim false of what is left.
+    """
+    about: dict[str, list[int]] = {}
+    for number, event in enumerate((*lasso.stem, *lasso.loop)):
+        about.setdefault(event.name if isinstance(event, Observe) else event.request, []).append(number)
+    yield from (tuple(numbers) for numbers in about.values() if len(numbers) > 2)
+    pairable = [list(range(len(lasso)))] if len(lasso) <= PAIRED else list(about.values())
+    yield from chain.from_iterable(combinations(numbers, 2) for numbers in pairable)
+    yield from ((number,) for number in range(len(lasso)))
+
+
+def _dropped(lasso: _Lasso, shows: "_Shows", drops: Callable[[_Lasso], Iterator[tuple[int, ...]]]) -> _Lasso:
     """Return a lasso from which none of these steps can be dropped."""
     found: _Lasso | None = lasso
     while found is not None:
         lasso = found
-        left = (_reread(shows.reference, lasso.without(each)) for each in drops(len(lasso)))
+        left = (_reread(shows.reference, lasso.without(each)) for each in drops(lasso))
         found = next(filter(shows, left), None)
     return lasso
 

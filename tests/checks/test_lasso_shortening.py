@@ -54,6 +54,8 @@ READ = Observe("p", True)
         (POSTER, "assume always p;", (WAIT, REFUSED), 1, (WAIT, READ)),
         (POSTER, "", (WAIT, REFUSED, REFUSED), 1, (WAIT, READ)),
         (POSTER, "", (WAIT, START, END, START, END), 3, (WAIT, READ)),
+        (POSTER, "", (*(START, END) * 7, WAIT, READ), 15, (WAIT, READ)),
+        (POSTER, "", (WAIT, *(REFUSED, START, REFUSED, END) * 3, READ), 13, (WAIT, READ)),
         ("", "", (WAIT, WAIT), 1, (WAIT, WAIT)),
         (POSTER, "", (WAIT, WAIT), 1, (WAIT, READ)),
         ("", "", (START, END, WAIT, START, END), 3, (START, END, WAIT, START, END)),

@@ -170,7 +170,7 @@ def _better(
     good = _droppable(machine, lassos, drops)
     more = _droppable(machine, lassos, {index: _joined(each) for index, each in good.items()})
     for index, each in good.items():
-        better[index] = _without(lassos[index], max([*each, *more.get(index, ())], key=len))
+        better[index] = _left(machine, lassos[index], max([*each, *more.get(index, ())], key=len))
     return better
 
 
@@ -178,7 +178,7 @@ def _droppable(
     machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[Steps]]
 ) -> dict[int, list[Steps]]:
     """Return which steps can be dropped: what is left is a lasso."""
-    tried = [(index, each, _without(lassos[index], each)) for index, many in drops.items() for each in many]
+    tried = [(index, each, _left(machine, lassos[index], each)) for index, many in drops.items() for each in many]
     tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
     found: dict[int, list[Steps]] = {}
     for first in range(0, len(tried), WIDEST):
@@ -205,6 +205,19 @@ def _without(lasso: InputLasso, dropped: Steps) -> InputLasso:
         [step for n, step in enumerate(steps) if n not in dropped and (n < turn) == early] for early in (True, False)
     ]
     return InputLasso(tuple(kept[0]), tuple(kept[1]))
+
+
+def _left(machine: SimulatedCircuit, lasso: InputLasso, dropped: Steps) -> InputLasso:
+    """Return the lasso without these steps; if its loop observes a poster, and they did, with what that reads now."""
+    steps, left = (*lasso.stem, *lasso.loop), _without(lasso, dropped)
+    kinds = [machine.encoding.chosen(step).kind for step in (*left.loop, *(steps[number] for number in dropped))]
+    if len(left.loop) != 1 or kinds[0].verb != "observe" or kinds[0] not in kinds[1:]:
+        return left
+    observed = [step for step in left.stem if machine.encoding.chosen(step).kind == kinds[0]]
+    if not observed:
+        start = HomeSpace(machine.encoding, frozenset(n for n, word in initial(machine.latches, 1).items() if word))
+        observed = [event for name, event in start.observations() if name == kinds[0].name]
+    return InputLasso(left.stem, (observed[-1],))
 
 
 def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:

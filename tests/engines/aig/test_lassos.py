@@ -11,7 +11,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.home_states import inputs_of
-from exover.engines.aig.lassos import _joined, _rolled, _without, closed, shorter, shown
+from exover.engines.aig.lassos import _joined, _left, _rolled, _without, closed, shorter, shown
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
@@ -101,6 +101,20 @@ def test_what_stands_before_a_loop_and_at_its_end_is_in_the_loop() -> None:
     trace = _rolled(run(reference, events, 5), states)
     assert trace == run(reference, events[:6], 3)
     assert _rolled(trace, states) == trace
+
+
+def test_a_loop_that_observes_reads_what_is_left_to_be_read() -> None:
+    """That `p` is 7 matters to nothing: without the first observation the loop reads what `p` is at the start."""
+    encoding = Encoding(
+        compiled(model_of("spec s; poster p: int in 0 .. 9 = 2; module m { request a(); }")), NO_PROPERTIES
+    )
+    number = {(each.kind.verb, each.kind.name): place for place, each in enumerate(encoding.events)}
+    machine = Judging(encoding, [AGAIN], decide, lambda *_: None).machine.exact
+    seven, two = (inputs_of(encoding, number["observe", "p"], (value,)) for value in (7, 2))
+    ask = inputs_of(encoding, number["ask", "m.a"])
+    assert _left(machine, InputLasso((seven, ask), (seven,)), frozenset({0})) == InputLasso((ask,), (two,))
+    assert _left(machine, InputLasso((two, ask, seven), (seven,)), frozenset({2})) == InputLasso((two, ask), (two,))
+    assert _left(machine, InputLasso((seven, ask), (seven,)), frozenset({1})) == InputLasso((seven,), (seven,))
 
 
 def test_a_loop_may_begin_where_its_monitor_does() -> None:
