@@ -15,6 +15,8 @@ from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
+LONG = 200
+"""A finding that is told in more characters is told in a line for each part of its message."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
@@ -138,7 +140,7 @@ def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
 def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: dict[Trace, Finding]) -> Iterator[str]:
     where = finding.location
     place = f" at {where}" if where.line else ""
-    yield f"  {finding.subject} {finding.word}{place}: {finding.message}"
+    yield from _in_lines(f"  {finding.subject} {finding.word}{place}: {finding.message}")
     also = ", ".join(f"{other.check} {other.subject}" for other in others)
     if also:
         yield f"    the same cause: {also}"
@@ -151,6 +153,13 @@ def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: d
         yield from (f"    {line}" for line in story_lines(story_of(model, finding.trace)))
     else:
         yield f"    by the run of {before.check} {before.subject}"
+
+
+def _in_lines(told: str) -> Iterator[str]:
+    """Yield what is told of a finding, in a line for each part if it is long."""
+    parts = told.split("; ") if len(told) > LONG else [told]
+    for number, part in enumerate(parts):
+        yield f"{'      ' if number else ''}{part}{';' if number + 1 < len(parts) else ''}"
 
 
 def last_line(summary: Summary) -> str:

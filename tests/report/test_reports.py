@@ -116,6 +116,17 @@ def test_a_run_is_printed_once() -> None:
     assert lines[start + 4] == "    1. ask nd.goto(x = 1, to = dock)"
 
 
+def test_a_long_message_has_a_line_for_each_of_its_parts() -> None:
+    short = replace(finding("safety", "error", "violated"), message="it is broken; for a cause")
+    long = replace(short, message=f"it is broken; {'a cause of many words' * 9}; and another")
+    told = text_report.render(summary(short, long)).splitlines()
+    begun = [number for number, line in enumerate(told) if "it is broken" in line]
+    assert told[begun[0]].endswith("it is broken; for a cause")
+    assert told[begun[1]].endswith("it is broken;")
+    parts = [f"      {'a cause of many words' * 9};", "      and another"]
+    assert told[begun[1] + 1 : begun[1] + 3] == parts
+
+
 def test_text_of_a_spec_in_which_all_holds() -> None:
     whole = summary(finding("safety", "error", "holds"), finding("safety", "error", "holds"))
     assert text_report.render(whole, timings=True).splitlines()[2:] == [
