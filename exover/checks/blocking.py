@@ -62,7 +62,8 @@ class Obstacles:
 
         `args`: the arguments with which it is asked, beside what waits.
         """
-        request, place = self.reference.model.request[name], state.places[name] if args is None else None
+        request = self.reference.model.request[name]
+        place = state.places[name] if args is None else None
         if args is None:
             args = place.args if place else least_arguments(request)
         decision = self.reference.decide(state, request, args)

@@ -17,6 +17,7 @@ MOST = 6
 
 
 def asked_text(request: Request, args: Args) -> str:
+    """Return a request with the arguments with which it is asked."""
     return f"`{request.name}({named_text(request.params, args)})`"
 
 
