@@ -5,11 +5,10 @@ from itertools import combinations
 from exover.diagnostics import quote
 from exover.model.expression import Compare, Const, Count, Used
 from exover.model.model import Kill, Latch, Launch, Resource, Rule, Wait
-from exover.model.types import Type
 from exover.model.types import Value as ModelValue
 from exover.resolve.draft import Draft
 from exover.resolve.idle import note_fixed, note_limit, note_mutex
-from exover.resolve.names import ListedRequest, entries, find_request, instances_of, requests
+from exover.resolve.names import ListedRequest, Signature, entries, find_request, instances_of, requests
 from exover.resolve.scope import FORBID, LATCH, LAUNCH
 from exover.resolve.statuses import together
 from exover.resolve.values import count, value
@@ -121,7 +120,7 @@ def add_launch(draft: Draft, node: tree.Launch) -> None:
     """Add the required launch."""
     name = draft.label("", "launch", node.label, node.span)
     request = find_request(draft.names, node.request, draft.mistakes)
-    args = _arguments(draft, node, tuple(request.params.values())) if request else None
+    args = _arguments(draft, node, request) if request else None
     found = draft.meaning(LAUNCH, node.condition)
     if found:
         note_fixed(draft.mistakes, found.cond, False, "nothing is ever launched", node.condition.span)
@@ -130,19 +129,20 @@ def add_launch(draft: Draft, node: tree.Launch) -> None:
         draft.launches.append(Launch(name, request.name, args, found.cond, node.because, where))
 
 
-def _arguments(draft: Draft, node: tree.Launch, types: tuple[Type | None, ...]) -> tuple[ModelValue, ...] | None:
+def _arguments(draft: Draft, node: tree.Launch, request: Signature) -> tuple[ModelValue, ...] | None:
     """Return the arguments, each of its type, or None and a mistake."""
-    if len(node.arguments) != len(types):
-        ref = f"{node.request.module.text}.{node.request.request.text}"
-        message = f"{quote(ref)} takes {len(types)} argument{'' if len(types) == 1 else 's'}, not {len(node.arguments)}"
-        params = draft.names.requests[ref].params
+    params, name, count = request.params, request.name, len(request.params)
+    if len(node.arguments) != count:
+        message = f"{quote(name)} takes {count} argument{'' if count == 1 else 's'}, not {len(node.arguments)}"
         hint = (
-            f"give a value for each parameter: {quote(', '.join(params))}" if params else f"write {quote(f'{ref}()')}"
+            f"give a value for each parameter: {quote(', '.join(params))}" if params else f"write {quote(f'{name}()')}"
         )
         draft.mistakes.add("E311", message, node.request.span, hint=hint)
         return None
-    pairs = zip(node.arguments, types, strict=True)
-    found = [value(argument, kind, draft.names.constants, draft.mistakes) for argument, kind in pairs]
+    found = [
+        value(given, kind, draft.names.constants, draft.mistakes, f"for {quote(parameter)} of {quote(name)}")
+        for given, (parameter, kind) in zip(node.arguments, params.items(), strict=True)
+    ]
     right = tuple(argument for argument in found if argument is not None)
     return right if len(right) == len(found) else None
 

@@ -137,20 +137,25 @@ def constant_of(node: tree.Value, known: Constants) -> Constant | None:
             assert_never(node)
 
 
-def value(node: tree.Value, kind: Type | None, known: Constants, mistakes: Mistakes) -> Value | None:
-    """Return the value of type `kind` that the text gives, in range; None if that or the type is a mistake."""
+def value(node: tree.Value, kind: Type | None, known: Constants, mistakes: Mistakes, label: str = "") -> Value | None:
+    """Return the value of type `kind` that the text gives, in range; None if that or the type is a mistake.
+
+    `label`: what it is given for, told where it is wrong.
+    """
     constant = constant_of(node, known)
     if constant is None or kind is None:
         return None
-    found = _converted(constant, kind, known, node.span, mistakes)
+    found = _converted(constant, kind, known, node.span, mistakes, label)
     if found is None or contains(kind, found):
         return found
     bounds = f"{value_text(kind.low)} .. {value_text(kind.high)}" if isinstance(kind, Int | Real) else describe(kind)
-    mistakes.add("E307", f"{quote(mistakes.source.slice(node.span))} is not in {bounds}", node.span)
+    mistakes.add("E307", f"{quote(mistakes.source.slice(node.span))} is not in {bounds}", node.span, label=label)
     return None
 
 
-def _converted(constant: Constant, kind: Type, known: Constants, span: Span, mistakes: Mistakes) -> Value | None:
+def _converted(
+    constant: Constant, kind: Type, known: Constants, span: Span, mistakes: Mistakes, label: str
+) -> Value | None:
     match constant, kind:
         case bool(), Bool():
             return constant
@@ -164,7 +169,7 @@ def _converted(constant: Constant, kind: Type, known: Constants, span: Span, mis
             no_constant(constant, kind, known, mistakes)
         case _:
             what = f"a value of {describe(kind)}" if isinstance(kind, Enum) else describe(kind)
-            mistakes.add("E308", f"{what} is needed, {quote(mistakes.source.slice(span))} is none", span)
+            mistakes.add("E308", f"{what} is needed, {quote(mistakes.source.slice(span))} is none", span, label=label)
     return None
 
 

@@ -400,6 +400,13 @@ def test_help(text: str, hint: str) -> None:
     assert diagnostics[0].help == hint
 
 
+def test_what_a_wrong_argument_is_for_is_told() -> None:
+    _, _, diagnostics = mistakes(
+        WORLD + "module z { request r(x: bool, n: int in 0 .. 3); } launch z.r(1, 9) when hot;"
+    )
+    assert [each.label for each in diagnostics] == ["for `x` of `z.r`", "for `n` of `z.r`"]
+
+
 MESSAGES = [
     ("launch m.a(1) when hot;", "`m.a` takes 0 arguments, not 1"),
     ("module z { request r(x: bool); } launch z.r() when hot;", "`z.r` takes 1 argument, not 0"),
