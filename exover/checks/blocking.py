@@ -57,19 +57,24 @@ class Obstacles:
     is_late: Callable[[], bool] = lambda: False
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
-    def blocked(self, state: State, name: str, args: Args | None = None) -> Blocked | None:
-        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing.
+    def blocked(self, state: State, name: str) -> Blocked | None:
+        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing."""
+        request, place = self.reference.model.request[name], state.places[name]
+        args = place.args if place else least_arguments(request)
+        return self._decided(state, request, args, waits=place is not None)
 
-        `args`: the arguments with which it is asked, beside what waits.
-        """
+    def keeps_out(self, state: State, name: str, args: Args) -> Blocked | None:
+        """Return what keeps a newcomer from a launch with these arguments; None if nothing does."""
         request = self.reference.model.request[name]
-        place = state.places[name] if args is None else None
-        if args is None:
-            args = place.args if place else least_arguments(request)
+        if state.places[name] and not request.interrupts_self:
+            return Blocked(request, args, BUSY, waits=False, refused=True)
+        return self._decided(state, request, args, waits=False)
+
+    def _decided(self, state: State, request: Request, args: Args, waits: bool) -> Blocked | None:
         decision = self.reference.decide(state, request, args)
         if decision.reason is None:
             return None
-        return Blocked(request, args, decision.reason, place is not None, decision.verdict == "reject")
+        return Blocked(request, args, decision.reason, waits, decision.verdict == "reject")
 
     def lasting(self, state: State, name: str) -> State | None:
         """Return a state that random runs come to from one, where a rule stands alone in the way of a request, or none.
@@ -183,9 +188,10 @@ def _waits(link: Blocked | Forbidden) -> bool:
 
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
     """Return what the guard or the consumption of a reason reads, or the rule, but for requests that would be in the
-    way and are idle; of a resource who uses it. A busy request is active itself.
+    way and are idle; of a resource who uses it. A busy request is active or waits itself.
     """
-    read: dict[Read, None] = {Read("active", request.name): None} if reason == BUSY else {}
+    busy = Read("active" if state.active([request.name]) else "waiting", request.name)
+    read: dict[Read, None] = {busy: None} if reason == BUSY else {}
     for guard in request.guards:
         if guard.name == reason.rule:
             read |= dict.fromkeys(sorted(reads(guard.condition)))

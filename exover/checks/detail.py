@@ -270,7 +270,7 @@ def _refused(broken: _Broken, launch: Launch) -> list[str]:
         return []
     place = state.places[launch.request]
     held = [each.args for each in (*state.slots[launch.request], place) if each]
-    found = None if launch.args in held else broken.obstacles.blocked(state, launch.request, launch.args)
+    found = None if launch.args in held else broken.obstacles.keeps_out(state, launch.request, launch.args)
     return [_link(broken, state, found)] if found else []
 
 

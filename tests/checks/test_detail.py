@@ -164,15 +164,18 @@ def test_what_refuses_a_required_launch_is_told(engines: Engines) -> None:
     spec = """spec s; poster low: int in 0 .. 9 = 9;
 module m { request go(); request dock(p: int in 1 .. 3) { check far: p < 3; } request stow(); }
 mutex way: m.go, m.stow because "one at a time";
+module n { request lift(kg: int in 1 .. 3) { wait until low < 3; } }
 launch home: m.dock(3) when low < 2;
 launch still: m.stow() when low == 7;
 launch first: m.dock(1) when low in 4 .. 6;
+launch shut: n.lift(2) when low == 8;
 """
     said = {name: each.message for (check, name), each in found(spec, engines=engines).items() if check == "obligation"}
     causes = {name: message.partition("; ")[2] for name, message in said.items()}
     assert causes == {
         "home": "`m.dock(p = 3)` is refused by `m.dock.far`, there p == 3",
         "still": "`m.stow()` is refused by `way` (one at a time), there active(m.go)",
+        "shut": "`n.lift(kg = 2)` is refused by `busy`, there waiting(n.lift)",
         "first": "`m.dock(p = 1)` is refused by `busy`, there active(m.dock)",
     }
 
