@@ -155,7 +155,8 @@ class Obstacles:
                 if other is not None:
                     told.add(each.name)
                     found.append(other)
-            left += [(there, each.request.name) for each in sorted(found, key=lambda each: not _waits(each))]
+            found.sort(key=lambda each: not (isinstance(each, Blocked) and each.waits))
+            left += [(there, each.request.name) for each in found]
 
     def is_mended(self, link: Blocked, state: State) -> bool:
         """Return whether a request would not be blocked in a state for the reason for which it is."""
@@ -182,16 +183,13 @@ class Obstacles:
         return any(map(is_mended, changed))
 
 
-def _waits(link: Blocked | Forbidden) -> bool:
-    return isinstance(link, Blocked) and link.waits
-
-
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
     """Return what the guard or the consumption of a reason reads, or the rule, but for requests that would be in the
     way and are idle; of a resource who uses it. A busy request is active or waits itself.
     """
-    busy = Read("active" if state.active([request.name]) else "waiting", request.name)
-    read: dict[Read, None] = {busy: None} if reason == BUSY else {}
+    read: dict[Read, None] = {}
+    if reason == BUSY:
+        read[Read("active" if state.active([request.name]) else "waiting", request.name)] = None
     for guard in request.guards:
         if guard.name == reason.rule:
             read |= dict.fromkeys(sorted(reads(guard.condition)))
@@ -212,23 +210,23 @@ def _hindering(model: Model, request: Request, reason: Reason) -> Iterator[str]:
         yield request.name
     for guard in request.guards:
         if guard.name == reason.rule:
-            yield from _settling(model, guard.condition, truth=False)
+            yield from _made_by(model, guard.condition, truth=False)
     for rule in model.rules:
         if rule.name == reason.rule:
-            yield from _settling(model, rule.condition, truth=True)
+            yield from _made_by(model, rule.condition, truth=True)
             yield from (rule.slot_of,) if rule.slot_of else ()
 
 
-def _settling(model: Model, condition: Cond, truth: bool) -> Iterator[str]:
+def _made_by(model: Model, condition: Cond, truth: bool) -> Iterator[str]:
     """Yield the requests that may make a condition true, or else false, by being active."""
     match condition:
         case Status("active" | "running" | "stopping", request) if truth:
             yield request
         case Not(part):
-            yield from _settling(model, part, not truth)
+            yield from _made_by(model, part, not truth)
         case And(parts) | Or(parts):
             for part in parts:
-                yield from _settling(model, part, truth)
+                yield from _made_by(model, part, truth)
         case Compare():
             for term in operands(condition):
                 match term:

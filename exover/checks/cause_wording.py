@@ -29,15 +29,13 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     """
     request, reason = link.request, link.reason
     because = f" ({reason.because})" if reason.because else ""
-    given: list[str] = []
-    for guard in (guard for guard in request.guards if guard.name == reason.rule):
-        asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
-        values = bind(request.params, link.args)
-        given += [f"{name} == {value_text(values[name])}" for name in asked]
-    conditions = [guard.condition for guard in request.guards if guard.name == reason.rule]
-    conditions += [rule.condition for rule in model.rules if rule.name == reason.rule]
+    guards = [guard.condition for guard in request.guards if guard.name == reason.rule]
+    rules = [rule.condition for rule in model.rules if rule.name == reason.rule]
+    values = bind(request.params, link.args)
+    asked = dict.fromkeys(term.name for guard in guards for term in operands(guard) if isinstance(term, Param))
+    given = [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
-    told = read_there(model, state, read, given, where, arguments_read(conditions))
+    told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]))
     return ", ".join([f"`{reason.rule}`{because}", *told])
 
 

@@ -103,7 +103,7 @@ class Shadows:
         """
         model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
         request, forbids, forbids_without = model.request[name], Counter[Assumption](), Counter[Assumption]()
-        concerned = replace(model, requests=(request,), rules=in_question(model)[name])
+        concerned = replace(model, requests=(request,), rules=self.reference.questions[name])
         for step in self._steps(concerned, [request]):
             if not isinstance(step.event, Ask):
                 continue

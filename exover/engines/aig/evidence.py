@@ -62,8 +62,8 @@ class Evidence:
     def opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
         """Return what is known of a claim, which is a question: a run that shows it, or that it is proved."""
         answer = self.answer(question, claim.fair)
-        is_run = answer.truth is False and answer.method == WITNESS
-        goes_on = answer.truth is None or is_run or not claim.coherent or self.goes_on(claim.fair)
+        of_all_runs = answer.truth is not None and (answer.truth or answer.method != WITNESS)
+        goes_on = not (claim.coherent and of_all_runs) or self.goes_on(claim.fair)
         if claim.coherent and self.stranded is not None:
             return Opinion("violated", WITNESS, CONTRADICTION, self.stranded)
         if answer.truth is None:

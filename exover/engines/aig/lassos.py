@@ -209,14 +209,14 @@ def _without(lasso: InputLasso, dropped: Steps) -> InputLasso:
 
 def _left(machine: SimulatedCircuit, lasso: InputLasso, dropped: Steps) -> InputLasso:
     """Return the lasso without these steps; if its loop observes a poster, and they did, with what that reads now."""
-    steps, left = (*lasso.stem, *lasso.loop), _without(lasso, dropped)
-    kinds = [machine.encoding.chosen(step).kind for step in (*left.loop, *(steps[number] for number in dropped))]
-    if len(left.loop) != 1 or kinds[0].verb != "observe" or kinds[0] not in kinds[1:]:
+    steps, left, event_of = (*lasso.stem, *lasso.loop), _without(lasso, dropped), machine.encoding.chosen
+    kind = event_of(left.loop[0]).kind if len(left.loop) == 1 else None
+    if kind is None or kind.verb != "observe" or all(event_of(steps[number]).kind != kind for number in dropped):
         return left
-    observed = [step for step in left.stem if machine.encoding.chosen(step).kind == kinds[0]]
+    observed = [step for step in left.stem if event_of(step).kind == kind]
     if not observed:
         start = HomeSpace(machine.encoding, frozenset(n for n, word in initial(machine.latches, 1).items() if word))
-        observed = [event for name, event in start.observations() if name == kinds[0].name]
+        observed = [event for name, event in start.observations() if name == kind.name]
     return InputLasso(left.stem, (observed[-1],))
 
 
