@@ -63,12 +63,13 @@ class Obstacles:
         args = place.args if place else least_arguments(request)
         return self._decided(state, request, args, waits=place is not None)
 
-    def keeps_out(self, state: State, name: str, args: Args) -> Blocked | None:
-        """Return what keeps a newcomer from a launch with these arguments; None if nothing does."""
-        request = self.reference.model.request[name]
-        if state.places[name] and not request.interrupts_self:
-            return Blocked(request, args, BUSY, waits=False, refused=True)
-        return self._decided(state, request, args, waits=False)
+    def refusal(self, state: State, launch: Launch) -> Blocked | None:
+        """Return what the last step refused a required launch for; None if it did not."""
+        model, rule = self.reference.model, state.refused.get(launch.name)
+        if rule is None:
+            return None
+        reason = Reason(rule, model.texts.get(rule))
+        return Blocked(model.request[launch.request], launch.args, reason, waits=False, refused=True)
 
     def _decided(self, state: State, request: Request, args: Args, waits: bool) -> Blocked | None:
         decision = self.reference.decide(state, request, args)

@@ -17,7 +17,6 @@ from exover.checks.rule_use import ADVICE, NEVER
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
-from exover.model.evaluate import holds
 from exover.model.expression import And, Cond, Not, Or, Past, Status
 from exover.model.model import Launch, Model, Parameter
 from exover.model.property import Assumption, Formula, Properties
@@ -262,16 +261,10 @@ def _obligation(broken: _Broken) -> str:
 
 
 def _refused(broken: _Broken, launch: Launch) -> list[str]:
-    """Return what refuses a required launch at the end of a run, if it is required there and neither active nor waits
-    with its arguments.
-    """
+    """Return what the last step of a run refused a required launch for, if it did."""
     state = broken.end
-    if state is None or not holds(broken.model, state, launch.condition):
-        return []
-    place = state.places[launch.request]
-    held = [each.args for each in (*state.slots[launch.request], place) if each]
-    found = None if launch.args in held else broken.obstacles.keeps_out(state, launch.request, launch.args)
-    return [_link(broken, state, found)] if found else []
+    found = broken.obstacles.refusal(state, launch) if state else None
+    return [_link(broken, state, found)] if state and found else []
 
 
 def _waiting(broken: _Broken) -> str:

@@ -21,8 +21,9 @@ from exover.gate.binding import (
 )
 from exover.gate.fields import MISSING, FieldPath, ValueField, path_of
 from exover.gate.schema import MistakeList
+from exover.graph.exclusion import may_wait_for
 from exover.model.index import ModelIndex
-from exover.model.model import Kill, KillSlot, Model, Parameter, Request, Wait
+from exover.model.model import Model, Parameter, Request, Wait
 from exover.model.reads import in_question
 from exover.model.types import Bool, Enum, Int, Type, Value
 from exover.model.wording import value_text
@@ -323,13 +324,11 @@ class _Reader:
 
 def may_wait(model: Model, request: Request) -> bool:
     """Return whether a request can come to its waiting place, as far as its rules tell by their form."""
-    guards = any(guard.kind != "check" for guard in request.guards)
     stocks = (remedy for each in request.consumptions for remedy in model.resource[each.resource].remedies)
-    rules = (remedy for rule in in_question(model)[request.name] for remedy in rule.remedies)
     return (
-        guards
-        or any(isinstance(remedy, Wait) for remedy in stocks)
-        or any(isinstance(remedy, Wait | Kill | KillSlot) for remedy in rules)
+        any(guard.kind != "check" for guard in request.guards)
+        or Wait() in stocks
+        or any(may_wait_for(request, rule) for rule in in_question(model)[request.name])
     )
 
 

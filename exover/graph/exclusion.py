@@ -7,7 +7,7 @@ from typing import NamedTuple
 from exover.dataclass import dataclass
 from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
 from exover.model.index import ModelIndex
-from exover.model.model import Kill, KillSlot, Model, Request, Rule
+from exover.model.model import Kill, KillSlot, Model, Request, Rule, Wait
 from exover.model.reads import needs
 from exover.ocrd.conflicts import pair
 
@@ -42,6 +42,12 @@ def killed(rule: Rule) -> frozenset[str]:
             case _:
                 pass
     return frozenset(found)
+
+
+def may_wait_for(request: Request, rule: Rule) -> bool:
+    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it."""
+    own = pair(rule) == (request.name, request.name)
+    return Wait() in rule.remedies or any(name != request.name or own for name in killed(rule))
 
 
 def members(rule: Rule, model: Model) -> tuple[Member, ...]:

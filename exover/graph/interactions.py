@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Literal, get_args
 
 from exover.dataclass import dataclass
-from exover.graph.exclusion import Exclusion, Member, exclusions, killed, members
+from exover.graph.exclusion import Exclusion, Member, exclusions, killed, may_wait_for, members
 from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
 from exover.model.reads import Read, in_question, reads, rule_reads
 from exover.ocrd.conflicts import pair
@@ -177,7 +177,7 @@ class InteractionFinder:
                 if guard.kind != "check":
                     yield from self._depends("wakes", request, guard, reads(guard.condition))
             for rule in asked[request.name]:
-                if _may_wait(request, rule):
+                if may_wait_for(request, rule):
                     yield from self._depends("wakes", request, rule, rule_reads(rule))
             for clause in request.consumptions:
                 if Wait() in self.model.resource[clause.resource].remedies:
@@ -228,9 +228,3 @@ class InteractionFinder:
     def _places(self) -> dict[tuple[str, str], int]:
         """Where participants stand, by how conditions read them."""
         return {(READ_AS.get(each.kind, each.kind), each.name): at for at, each in enumerate(self.participants)}
-
-
-def _may_wait(request: Request, rule: Rule) -> bool:
-    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it."""
-    own = pair(rule) == (request.name, request.name)
-    return Wait() in rule.remedies or any(name != request.name or own for name in killed(rule))

@@ -180,6 +180,21 @@ launch shut: n.lift(2) when low == 8;
     }
 
 
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_a_launch_is_refused_by_what_the_last_step_refused_it_for_whatever_it_launched_then(engines: Engines) -> None:
+    spec = """spec s; poster e: bool = false; module m { request dock(); request stop(); }
+mutex first: m.stop over m.dock;
+forbid halted: e and active(m.dock) by kill m.dock because "stay out";
+launch go: m.dock() when e;
+launch brake: m.stop() when e;
+"""
+    findings = found(spec, "for s; property docks: always (e leads to active(m.dock));", engines=engines)
+    assert findings["obligation", "go"].message.endswith(
+        "; `m.dock()` is refused by `halted` (stay out), there e == true"
+    )
+    assert findings["property", "docks"].message.endswith("; `m.dock()` is refused by `first`, there active(m.stop)")
+
+
 @pytest.mark.parametrize(
     ("assumed", "told"),
     [

@@ -83,6 +83,22 @@ def test_a_watch_cannot_tell_instances_apart() -> None:
     assert any("E706" in each and "2 instances of `arm.grip`" in each for each in mistakes(text))
 
 
+def test_who_is_rejected_for_what_ends_for_others_needs_no_time_to_wait() -> None:
+    model = model_of("spec s; module m { request dock(); request stop(); } mutex m.stop over m.dock;")
+    binding = """[gate]
+spec = "s"
+start = "idle"
+[request."m.dock"]
+tool = "dock"
+cancel = { tool = "halt", ends = true }
+[request."m.stop"]
+tool = "stop"
+cancel = { tool = "halt", ends = true }
+"""
+    told = [each.message for each in read_binding(Source("b", binding), model)[1] if each.code == "E702"]
+    assert told == ["`m.stop` can wait, and nothing says how long"]
+
+
 def test_what_a_launch_rule_requires_is_bound() -> None:
     model = model_of(SPEC + "poster tired: bool = false; launch rest: base.stop() when tired;")
     cut = BIND.replace('[request."base.stop"]\ntool = "brake"\ncancel = { tool = "release", ends = true }\n', "")
