@@ -12,7 +12,7 @@ from typing import Any
 
 NONE, ALWAYS = -1, -2
 REJECT, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE = range(1, 10)
-REAL = 3
+REAL, UNCHECKED = 3, 1
 HEADER = struct.Struct("<4sHHIII32s")
 LAYOUT = {
     "nodes": "code bound low high",
@@ -65,8 +65,9 @@ class Rows(list[Any]):
 class Table(SimpleNamespace):
     """The records, an attribute for each section, with the ranges of records in place of the fields that name them.
 
-    `sha256`; `spec`, its sha256; `doubles`, and `reals`: these, exact where finite; `words` as in the bytes; `owner`:
-    the request of each slot of all; `watched`: what is asked of the arguments of facts, with which fact and request.
+    `sha256`, of the bytes as they are where nothing is violated; `spec`, its sha256; `doubles`, and `reals`: these,
+    exact where finite; `words` as in the bytes; `owner`: the request of each slot of all; `watched`: what is asked of
+    the arguments of facts, with which fact and request.
     """
 
     watched: Any = ()
@@ -100,11 +101,18 @@ def decode(data: bytes) -> Table:
     for name in sorted(ROWS, key="requests".__eq__):  # last, for they have records that have ranges
         sections[name] = Rows(_whole(row, sections) for row in sections[name])
     owner = Rows(number for number, row in enumerate(sections["requests"]) for _ in range(row.instances))
-    table = Table(spec=spec.hex(), sha256=hashlib.sha256(data).hexdigest(), doubles=doubles, words=words, owner=owner)
+    table = Table(spec=spec.hex(), sha256=_sha256_if_checked(data), doubles=doubles, words=words, owner=owner)
     vars(table).update(sections)
     if [slot for number in range(len(table.requests)) for slot in table.slots(number)] != list(range(len(owner))):
         raise Refused("the slots of the requests do not follow each other")
     return table
+
+
+def _sha256_if_checked(data: bytes) -> str:
+    """Return the sha256 that the bytes would have if they did not say that they were emitted unchecked."""
+    before = data[:8] + bytes([data[8] & ~UNCHECKED]) + data[9:12]
+    crc = zlib.crc32(data[16:], zlib.crc32(before + bytes(4)))
+    return hashlib.sha256(before + struct.pack("<I", crc) + data[16:]).hexdigest()
 
 
 def _whole(row: Any, sections: dict[str, Rows]) -> Any:

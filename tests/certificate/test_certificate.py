@@ -4,7 +4,9 @@ import json
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
+from struct import pack as pack_words
 from typing import Any
+from zlib import crc32
 
 import pytest
 
@@ -74,6 +76,19 @@ def test_a_certificate_is_verified_and_says_what_has_no_proof(built: Build, made
         "lockout",
     }
     assert all(reason for _, reason in found.unproved)
+
+
+def test_tables_that_say_that_they_are_unchecked_are_verified_too(built: Build, made: Json) -> None:
+    unchecked = build(built.model, unchecked=True)
+    assert unchecked.data != built.data
+    proved = verify(unchecked.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20).proved
+    assert proved == verify(built.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20).proved != ()
+    assert "another table" in refusal(replace(built, data=_with_flags(built.data, 2)), made)
+
+
+def _with_flags(data: bytes, flags: int) -> bytes:
+    head = data[:8] + pack_words("<I", flags)
+    return head + pack_words("<I", crc32(data[16:], crc32(head + bytes(4)))) + data[16:]
 
 
 def test_the_same_findings_give_the_same_bytes(built: Build, made: Json) -> None:
