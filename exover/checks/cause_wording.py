@@ -6,7 +6,7 @@ from types import MappingProxyType
 from exover.checks.blocking import Blocked, reason_reads
 from exover.model.evaluate import NOTHING, bind, value_of
 from exover.model.event import Args
-from exover.model.expression import Cond, Param, Status, Used, atoms, operands
+from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
 from exover.model.model import Model, Request
 from exover.model.reads import Read
 from exover.model.state import State
@@ -39,13 +39,21 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     return ", ".join([f"`{reason.rule}`{because}", *told])
 
 
-def arguments_read(conditions: Iterable[Cond]) -> dict[str, list[str]]:
-    """Return, by request, the arguments that conditions read of its slots."""
-    found: dict[str, list[str]] = {}
+def arguments_read(conditions: Iterable[Cond]) -> dict[Read, list[str]]:
+    """Return what conditions read of slots, waiting places and pasts beside that they are taken: the arguments, by
+    name; none of them where it is only whether a slot is running or stopping.
+    """
+    found: dict[Read, list[str]] = {}
     for each in (each for condition in conditions for each in atoms(condition)):
-        if isinstance(each, Status) and each.where is not None:
-            names = (term.name for term in operands(each.where) if isinstance(term, Param))
-            found.setdefault(each.request, []).extend(names)
+        match each:
+            case Status(phase, request, where) if where is not None or phase in ("running", "stopping"):
+                read = Read("waiting" if phase == "waiting" else "active", request)
+            case Past(request, where) if where is not None:
+                read = Read("past", request)
+            case _:
+                continue
+        names = (term.name for term in operands(where) if isinstance(term, Param)) if where else ()
+        found.setdefault(read, []).extend(names)
     return found
 
 
@@ -55,23 +63,37 @@ def read_there(
     read: Iterable[Read],
     given: Sequence[str] = (),
     where: str = "there",
-    asked: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    asked: Mapping[Read, Sequence[str]] = MappingProxyType({}),
 ) -> list[str]:
     """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
 
-    `asked`: by request the arguments that are told, too, where it is active.
+    `asked`: the arguments that are told, too.
     """
     told = list(given)
     for each in dict.fromkeys(read):
-        names = asked.get(each.name, ()) if each.kind == "active" else ()
-        slots = [slot for slot in state.slots[each.name] if slot] if names else []
-        params = model.request[each.name].params if slots else ()
-        for slot in slots:
-            values = ", ".join(f"{n} == {value_text(v)}" for n, v in bind(params, slot.args).items() if n in names)
-            told.append(f"{slot.phase}({each.name} with {values})")
-        told += [] if slots else [_read_text(model, state, each)]
+        found = _taken(state, each) if each in asked else []
+        named = (_named(model.request[each.name], phase, values, asked[each]) for phase, values in found)
+        told += dict.fromkeys(named) if found else [_read_text(model, state, each)]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
+
+
+def _taken(state: State, read: Read) -> list[tuple[str, Args]]:
+    """Return what stands in slots, the waiting place or the past of a request, with how that is called."""
+    place, past = state.places[read.name], state.past[read.name]
+    match read.kind:
+        case "active":
+            return [(slot.phase, slot.args) for slot in state.slots[read.name] if slot]
+        case "waiting":
+            return [("waiting", place.args)] if place else []
+        case _:
+            return [("past", past)] if past is not None else []
+
+
+def _named(request: Request, phase: str, values: Args, names: Sequence[str]) -> str:
+    bound = bind((*request.params, *request.results)[: len(values)], values)
+    told = ", ".join(f"{name} == {value_text(value)}" for name, value in bound.items() if name in names)
+    return f"{phase}({request.name} with {told})" if told else f"{phase}({request.name})"
 
 
 def _read_text(model: Model, state: State, read: Read) -> str:

@@ -196,6 +196,25 @@ launch brake: m.stop() when e;
 
 
 @pytest.mark.parametrize(
+    ("form", "told"),
+    [
+        ("never (running(m.go) and hot)", "there running(m.go), hot == true"),
+        ("never (active(m.go) and not running(m.go) and hot)", "there stopping(m.go), hot == true"),
+        ("never (active(m.go) and hot)", "there active(m.go), hot == true"),
+        ("never (past(m.go with v == 2) and hot)", "there past(m.go with v == 2), hot == true"),
+        ("past(m.go with v == 2) precedes active(m.halt)", "there not past(m.go), active(m.halt)"),
+        ("never waiting(m.halt with n == 3)", "there waiting(m.halt with n == 3)"),
+    ],
+)
+def test_what_a_property_reads_is_told_as_it_reads_it(form: str, told: str) -> None:
+    spec = """spec s; poster hot: bool = false;
+module m { request go(v: int in 0 .. 3); request halt(n: int in 1 .. 4) { interrupts m.go; } }
+"""
+    message = found(spec, f"for s; property p: {form};")["property", "p"].message
+    assert message.partition("; ")[2] == told
+
+
+@pytest.mark.parametrize(
     ("assumed", "told"),
     [
         ("never asked(a.left) and past(m.cool)", "the assumption at s.prop:1:8 forbids the step"),
