@@ -340,3 +340,17 @@ def test_diagrams_come_first_where_components_rest_and_read_few_bits(spec: str, 
     analysis = Analysis(made, Reference(made.model), silent)
     assert SMALL < (analysis.state_bits or 0) < BITS
     assert suited(Engines(("aig", "bdd"), adaptive=True), analysis).names[0] == first
+
+
+@pytest.mark.parametrize("engines", [Engines(("bdd",)), Engines(("aig", "bdd"), adaptive=True)], ids=["bdd", "auto"])
+@pytest.mark.parametrize(("assumed", "kept"), [("m.st != p", "holds"), ("m.st == p or past(m.a)", "violated")])
+def test_readings_of_one_enum_are_compared(engines: Engines, assumed: str, kept: str) -> None:
+    spec = "spec s; poster p: {l, r} = l; module m { state st: {l, r} = r; request a(); }"
+    made = built(spec)
+    loaded = load_properties(
+        Source("s.prop", f"for s; assume always ({assumed}); property q: never p == r;"), made.model
+    )
+    assert loaded.properties is not None, loaded.diagnostics
+    findings = check_all(made.compiled, silent, properties=loaded.properties, engines=engines).findings
+    assert {each.verdict for each in findings if each.check == "tables"} == {"holds"}
+    assert [each.verdict for each in findings if each.check == "property"] == [kept]

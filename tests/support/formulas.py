@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from random import Random
 
 from exover.model.expression import Compare, Cond, Const, Last, Operator, Outcome, Param, Past, Phase, Reading, Status
-from exover.model.model import NOWHERE, Model, Parameter
+from exover.model.model import NOWHERE, Model, Parameter, Variable
 from exover.model.property import (
     TRUE,
     Assumption,
@@ -49,8 +49,7 @@ class Formulas:
             case 0 | 1 if self.steps:
                 return Happened(self.random.choice(OCCURRENCES), request.name, self._where(request.params))
             case 2 if self.model.variables:
-                variable = self.random.choice(self.model.variables)
-                return Atom(self._comparison(Reading(variable.name), variable.type))
+                return Atom(self._reading(self.random.choice(self.model.variables)))
             case 3:
                 return Atom(Past(request.name, self._where((*request.params, *request.results))))
             case 4:
@@ -59,6 +58,13 @@ class Formulas:
                 return Atom(Compare("==", Reading(self.random.choice(self.model.latches).name), Const(True)))
             case _:
                 return Atom(Status(self.random.choice(PHASES), request.name, self._where(request.params)))
+
+    def _reading(self, variable: Variable) -> Cond:
+        others = [each for each in self.model.variables if each.type == variable.type and each != variable]
+        if isinstance(variable.type, Bool | Real) or not others or self.random.random() < 0.5:
+            return self._comparison(Reading(variable.name), variable.type)
+        orders = ORDERS[:2] if isinstance(variable.type, Enum) else ORDERS
+        return Compare(self.random.choice(orders), Reading(variable.name), Reading(self.random.choice(others).name))
 
     def _where(self, params: tuple[Parameter, ...]) -> Cond | None:
         if not params or self.random.random() < 0.6:

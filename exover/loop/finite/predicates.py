@@ -194,9 +194,12 @@ class StatePredicates(SlotPredicates[S]):
         terms = [*leaves(cond.left), *leaves(cond.right)]
         if all(isinstance(term, Const | Param | Own) for term in terms):
             return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
-        for name in (term.name for term in terms if isinstance(term, Reading)):
-            if not isinstance(self._sample(name, 0), int | bool):
+        readings = (term.name for term in terms if isinstance(term, Reading))
+        match [name for name in readings if not isinstance(self._sample(name, 0), int | bool)]:
+            case [name]:
                 return self._compare_values(cond, name, scope)
+            case _:
+                pass  # two enums of one type are compared by ordinals
         left, constant = self._linear(cond.left, once_stopped, scope)
         right, other = self._linear(cond.right, once_stopped, scope)
         sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
@@ -230,8 +233,8 @@ class StatePredicates(SlotPredicates[S]):
             for term in (cond.left, cond.right):
                 if term == Reading(name):
                     sides.append(value)
-                elif isinstance(term, Reading) or (isinstance(value, float) and not isinstance(term, Const)):
-                    raise TooLarge(f"`{name}` is compared with another real or enum that changes")
+                elif isinstance(value, float) and not isinstance(term, Const):
+                    raise TooLarge(f"`{name}` is compared with another real that changes")
                 else:
                     sides.append(value_of(self.model, self._nothing, term, scope or Scope()))
             if OPERATORS[cond.operator](*sides):
