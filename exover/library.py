@@ -196,7 +196,7 @@ def load(file: File) -> Spec:
 
 def loads(text: str, name: str = "<text>") -> Spec:
     """Return the spec of a text, which stands in no folder and includes nothing; messages call it by this name."""
-    return _spec(Source(name, text))
+    return _spec(Source(name, text.removeprefix("\ufeff")))
 
 
 def load_properties(file: File, spec: Spec) -> Properties:
@@ -264,7 +264,10 @@ def simulate(
 
     A spec is answered by the reference interpreter, tables are walked, unless an `engine` is named: `reference`,
     `tables`, or `c` and `rust`, which compile what is emitted and raise `NativeUnavailable` without a compiler.
+    Raises `TypeError` if one text is given instead of its lines.
     """
+    if isinstance(events, str | bytes):
+        raise TypeError("events are given one by one: write events.splitlines() for the lines of a text")
     spec, tables = (checker, None) if isinstance(checker, Spec) else (checker.spec, decode(checker.data))
     lines = [event if isinstance(event, str | bytes) else json.dumps(event) for event in events]
     with pipeline.engine(engine or ("tables" if tables else "reference"), spec.model, tables) as chosen:

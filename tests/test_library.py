@@ -104,6 +104,17 @@ def test_what_is_no_event_is_answered_so() -> None:
         assert launched == exover.Answer(exover.Ask("m.a"), (exover.Launched("m.a", 0, ()),), launched.line)
 
 
+def test_a_byte_order_mark_is_skipped_as_in_files() -> None:
+    spec = exover.loads(f"\ufeffspec s; {MUTEX}")
+    (launched,) = exover.simulate(spec, ['\ufeff{"ask": "m.a"}'])
+    assert launched.event == exover.Ask("m.a")
+
+
+def test_a_text_is_not_taken_for_its_lines() -> None:
+    with pytest.raises(TypeError, match="splitlines"):
+        exover.simulate(exover.loads(f"spec s; {MUTEX}"), '{"ask": "m.a"}')  # type: ignore[arg-type]
+
+
 def test_a_time_limit_leaves_unknown_what_has_no_answer() -> None:
     spec = exover.load(ROOT / "tests" / "specs" / "surgical_arm.exo")
     try:

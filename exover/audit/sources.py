@@ -66,8 +66,8 @@ def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callabl
         rest = data[take(data, not piece) :] if data else b""
         if not piece:
             return
-        if len(rest) > MAX_LINE and b"\n" not in rest:
-            overlong(rest[: MAX_LINE + 1])
+        if len(rest) > MAX_LINE + 1 and b"\n" not in rest:
+            overlong(rest[: MAX_LINE + 2])
             rest, skips = b"", True
 
 

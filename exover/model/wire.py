@@ -31,7 +31,7 @@ from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
 
 MAX_LINE = 1 << 20
-"""Bytes or characters of the longest line that is read; a longer one is a `bad-event`."""
+"""Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
 MAX_DIGITS = 400
 """Digits of the longest integer that is read exactly; the largest double has 309, so a longer one is in no domain."""
 WHOLE = 10**16
@@ -62,10 +62,11 @@ def read_entries(model: Model, entries: Json) -> Event | Invalid:
 
 def read_object(line: str | bytes) -> Json | Invalid:
     """Return the JSON object of a line."""
-    if len(line) > MAX_LINE:
+    if 4 * len(line) > MAX_LINE and _size(line) > MAX_LINE:  # a character has up to four bytes
         return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
     try:
-        found = _DECODER.decode((line.decode("utf-8-sig") if isinstance(line, bytes) else line).rstrip("\r\n"))
+        text = line.decode("utf-8-sig") if isinstance(line, bytes) else line.removeprefix("\ufeff")
+        found = _DECODER.decode(text.rstrip("\r\n"))
     except UnicodeDecodeError as error:
         return Invalid("bad-event", f"the line is not UTF-8: {error.reason} at byte {error.start + 1}")
     except json.JSONDecodeError as error:
@@ -76,6 +77,12 @@ def read_object(line: str | bytes) -> Json | Invalid:
     if not isinstance(found, dict):
         return Invalid("bad-event", f"the line is {_show(found)}, not an object")
     return found
+
+
+def _size(line: str | bytes) -> int:
+    """Return of how many bytes a line is, its end left out."""
+    data = line.encode(errors="surrogatepass") if isinstance(line, str) else line
+    return len(data.rstrip(b"\r\n"))
 
 
 def _whole(text: str) -> int | float:

@@ -54,7 +54,8 @@ def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Gene
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:
     """Yield the lines of a stream as they come; of one too long to be an event only as much as shows that it is."""
-    while line := stream.readline(MAX_LINE + 1):
+    enough = MAX_LINE + len(b"\r\n")
+    while line := stream.readline(enough):
         yield line
-        while len(line) > MAX_LINE and not line.endswith(b"\n"):
-            line = stream.readline(MAX_LINE + 1)
+        while len(line) == enough and not line.endswith(b"\n"):
+            line = stream.readline(enough)

@@ -81,7 +81,6 @@ _SYNOPSES = {
 }
 """The longest form of each statement, with the parts that most texts leave out."""
 
-_FRACTION = "a fraction has digits on both sides of its point"
 _PARENTHESES = "parentheses group conditions, not terms"
 _LEADS = "it reads `always (CONDITION leads to CONDITION)`"
 _TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
@@ -128,8 +127,6 @@ def advice(
     part = part_hint(token, before, expected) if before else ""
     if part:
         return part
-    if token.text == "." and (INT in expected or (before is not None and before.kind == INT)):
-        return _FRACTION
     if token.text == "leads":
         return _LEADS
     hint = type_hint(before, token, expected) or list_hint(token, before, expected)
@@ -154,8 +151,6 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return hint
     if text == "=" and "==" in expected:
         return "compare with `==`"
-    if text == "." and (INT in expected or (before is not None and before.kind == INT)):
-        return _FRACTION
     if text == "(" and "self" in expected and "not" not in expected:
         return _PARENTHESES
     if text in RELATIONS | {"+", "-", "*"} and "and" in expected:

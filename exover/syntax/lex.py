@@ -59,11 +59,11 @@ _FORMULA_SYMBOLS = r"<-> | -> | &(?!&) | \|(?!\|) | ! (?!=) | [\[\]] |"
 _PATTERN = r"""
     (?: (?s:/\*.*?\*/) | //[^\n]*+ | [ \t\r\n\f]++ )*+
     (?: (?P<word>   [A-Za-z_][A-Za-z0-9_]*+ )
-      | (?P<symbol> FORMULA_SYMBOLS == | != | <= | >= | \.\. | [{}();:,.=<>*+-] )
-      | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )? (?: [eE][+-]?[0-9]++ )? ) (?! [A-Za-z0-9_] | \.[0-9] ) )
-      | (?P<string> " (?: \\[^\x00-\x1f\x7f] | [^"\\\x00-\x08\x0a-\x1f\x7f]++ )*+ " )
+      | (?P<symbol> FORMULA_SYMBOLS == | != | <= | >= | \.\. | \.(?![0-9]) | (?<=\.)\. | [{}();:,=<>*+-] )
+      | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )? (?: [eE][+-]?[0-9]++ )? ) (?! [A-Za-z0-9_] | \.(?!\.) ) )
+      | (?P<string> " (?: \\[^\x00-\x1f\x7f-\x9f] | [^"\\\x00-\x1f\x7f-\x9f]++ )*+ " )
       | (?P<end>    \Z )
-      | (?P<digits> [0-9] (?: \.(?=[A-Za-z0-9_]) | [A-Za-z0-9_]++ )*+ )
+      | (?P<digits> \.? [0-9] (?: \.(?!\.) | [A-Za-z0-9_]++ )*+ )
       | (?P<quote>  "[^\r\n]*+ )
       | (?P<open>   /\* )
       | (?P<bad>    [&|]{1,2} | !
@@ -77,7 +77,7 @@ _TOKEN = {
     formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
     for formulas in (False, True)
 }
-_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
 _ESCAPE = re.compile(r"\\(.)")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
 
@@ -134,15 +134,7 @@ def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagno
         case "number":
             kind, found = (INT if text.isdigit() else NUMBER), _number_mistakes(text, span)
         case "digits":
-            message = f"{quote(text)} is neither a number nor a name"
-            kind, found = (
-                INT,
-                [
-                    Diagnostic(
-                        "E105", message, span, help="write a number without a unit; a name begins with a letter or `_`"
-                    )
-                ],
-            )
+            kind, found = INT, [_digit_mistake(text, span)]
         case "string":
             kind, found = STRING, _escape_mistakes(text, span)
         case "quote":
@@ -155,6 +147,13 @@ def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagno
         case _:
             kind, found = _bad(text, span)
     return (None if kind is None else Token(kind, text, span.start, span.end)), found
+
+
+def _digit_mistake(text: str, span: Span) -> Diagnostic:
+    advice = "write a number without a unit; a name begins with a letter or `_`"
+    if "." in (text[0], text[-1]):
+        advice = "a fraction has digits on both sides of its point"
+    return Diagnostic("E105", f"{quote(text)} is neither a number nor a name", span, help=advice)
 
 
 def _number_mistakes(text: str, span: Span) -> list[Diagnostic]:

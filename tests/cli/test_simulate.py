@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from exover.model.wire import MAX_LINE
 from tests.cli.specs import SPEC
 from tests.support.command import COMMAND, environment
 
@@ -60,6 +61,15 @@ def test_broken_lines_of_any_size(run, spec):
     codes = [next(iter(json.loads(line)["actions"][0].values())) for line in done.stdout.splitlines()]
     assert codes == ["bad-event", "bad-event", "bad-event", "nd.stop", "bad-event"]
     assert done.returncode == 0
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_the_end_of_a_line_is_no_part_of_its_length(run, spec, end):
+    stop = STOP.rstrip("\n")
+    fits, long = (stop + " " * (MAX_LINE - len(stop) + more) for more in (0, 1))
+    done = run("simulate", spec, input=f"{fits}{end}{long}{end}{STOP}{long}{end}{fits}")
+    codes = [next(iter(json.loads(line)["actions"][0].values())) for line in done.stdout.splitlines()]
+    assert codes == ["nd.stop", "bad-event", "nd.stop", "bad-event", "nd.stop"]
 
 
 def test_engines_print_the_same_lines(run, spec):

@@ -131,7 +131,8 @@ FAULTS: list[tuple[str | bytes, str]] = [
     (b'{"ask": "\xff"}', "bad-event"),
     (b"\x00\x01\x02", "bad-event"),
     ('{"ask": "nd.stop", "x": "\x01"}', "bad-event"),
-    ('{"ask": "nd.stop"}' + " " * MAX_LINE, "bad-event"),
+    ('{"ask": "nd.stop"}' + " " * (MAX_LINE - 17), "bad-event"),
+    ('{"ask": "nd.stop", "x": "' + "é" * (MAX_LINE // 2) + '"}', "bad-event"),
     ('{"a":' * 100_000, "bad-event"),
     ("[" * 1_000_000, "bad-event"),
     # the request or poster comes first
