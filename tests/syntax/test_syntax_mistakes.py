@@ -87,7 +87,7 @@ def places(text: str) -> list[str]:
         ("spec s; context m.r { wait a; uses p; uses p 2.5; after ; }",
          ["E106 1:29", "E106 1:37", "E106 1:46", "E106 1:57"]),
         ("spec s; context m.r { on done set a = b; on ok a = b; }", ["E106 1:26", "E106 1:48"]),
-        ("spec s; limit at most 1 a, b;", ["E106 1:24"]),
+        ("spec s; limit at most 1 a, b;", ["E106 1:25"]),
         ("spec s; launch m.r when a;", ["E106 1:20"]),
         ("spec s; launch m.r();", ["E106 1:21"]),
         ("spec s; launch m() when a;", ["E106 1:17"]),
