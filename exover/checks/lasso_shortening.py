@@ -11,6 +11,7 @@ from itertools import chain, combinations
 from exover.checks.run_moments import moments_of
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
+from exover.loop.formula_classes import lingering_of, path_of
 from exover.model.event import Event, Observe
 from exover.model.property import (
     Formula,
@@ -65,6 +66,14 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     while (found := _without_needless(best, shows)) != best:
         best = found
     return trace if best == given else run(reference, best.stem + best.loop, len(best.stem))
+
+
+def guesses(claim: Claim) -> bool:
+    """Return whether a monitor of lassos of which a claim is false has to guess what comes: they do not all end in a
+    state in which one condition stays true.
+    """
+    path = None if claim.formula is None or claim.linear else path_of(claim.formula, positive=False)
+    return path is None or lingering_of(path.formula) is None
 
 
 def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:

@@ -9,7 +9,7 @@ from time import perf_counter
 from exover.checks.agenda import Agenda, Lot, Turn
 from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
 from exover.checks.finding import SEVERITIES, Counted, Finding
-from exover.checks.lasso_shortening import shortened
+from exover.checks.lasso_shortening import guesses, shortened
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Say
 from exover.dataclass import dataclass
@@ -155,7 +155,7 @@ class TaskRunner:
             trace = self._plain.of(trace, reference)
             if trace.loop_start is not None:
                 claim = check.claim(self.compiled.model, self.properties, finding.subject)
-                if finding.engine != "aig" or claim.linear:  # its own are as short, unless they guess what comes
+                if finding.engine != "aig" or guesses(claim):  # else its own are as short
                     trace = shortened(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace, seconds=perf_counter() - started)

@@ -36,10 +36,14 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
         return Explanation(step, last, (fault,), (_invalid(fault),))
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
+    if actions:
+        watched = watch(reference, before.unrefused(), last)
+    unanswered = tuple(action for action, _ in watched.actions if action not in actions)
     accounts = accounts_of(RuleVerdicts(reference, written), watched)
     spoken = {verdict.rule for account in accounts for verdict in account.deciding}
     spoken |= {verdict.rule for account in accounts for verdict in account.others if verdict.demand != "nothing"}
-    return Explanation(step, last, actions, accounts, search(reference, before, last, sorted(spoken)))
+    found = search(reference, before, last, sorted(spoken))
+    return Explanation(step, last, actions, accounts, found, unanswered)
 
 
 def _invalid(fault: Invalid) -> Account:

@@ -77,6 +77,7 @@ class Explanation:
     """The last event of a stream (None: no event at all), its answer, why, and what would have turned it.
 
     `search` is None where the event is invalid: it is to be written otherwise, and no state makes it right.
+    `unanswered`: refusals of required launches beside the actions, for the reasons of the last step: not told again.
     """
 
     step: int
@@ -84,3 +85,4 @@ class Explanation:
     actions: tuple[Action, ...]
     accounts: tuple[Account, ...]
     search: CounterfactualSearch | None = None
+    unanswered: tuple[Action, ...] = ()

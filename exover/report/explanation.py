@@ -38,16 +38,27 @@ def render_text(model: Model, explanation: Explanation) -> str:
 
 
 def _lines(model: Model, explanation: Explanation) -> Iterator[str]:
-    event = "an event that cannot be read" if explanation.event is None else event_text(model, explanation.event)
-    yield f"step {explanation.step}: {event}"
+    yield f"step {explanation.step}: {_title(model, explanation)}"
     for action in explanation.actions:
         yield f"  {action_text(model, action)}"
+    for action in explanation.unanswered:
+        yield f"  {action_text(model, action)}, as before: not answered again"
     for account in explanation.accounts:
         yield ""
         yield from _account(model, account)
     if explanation.search:
         yield ""
         yield from _search(model, explanation.search)
+
+
+def _title(model: Model, explanation: Explanation) -> str:
+    match explanation.event, explanation.actions:
+        case None, (Invalid("bad-event"), *_):
+            return "an event that cannot be read"
+        case None, _:
+            return "an invalid event"
+        case event, _:
+            return event_text(model, event)
 
 
 def _account(model: Model, account: Account) -> Iterator[str]:

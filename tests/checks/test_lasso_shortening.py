@@ -1,4 +1,4 @@
-"""Lassos that other engines than aig found: no step can be dropped, nor two, and nothing happens that need not."""
+"""Lassos that are shortened by the reference: no step can be dropped, nor two, and nothing happens that need not."""
 
 from random import Random
 
@@ -6,7 +6,9 @@ import pytest
 
 from exover.checks import property as property_check
 from exover.checks import starvation
+from exover.checks.engines import Engines
 from exover.checks.lasso_shortening import shortened
+from exover.checks.run import check_all
 from exover.loop.claim import Claim
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.expression import Status
@@ -32,7 +34,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.engines import model_of
 from tests.support.events import Stream
-from tests.support.small import small_spec_of
+from tests.support.small import compiled, small_spec_of
 from tests.support.words import word_of
 
 SPEC = """spec s; POSTERS
@@ -121,6 +123,16 @@ def test_of_a_property_what_is_left_violates_it(
     if claim.linear:
         assert claim.formula is not None
         assert not word_of(model, found, [claim.formula]).satisfies(claim.formula)
+
+
+def test_what_a_monitor_of_aig_has_guessed_is_left_out() -> None:
+    model = model_of("spec s; poster e: bool = false; module m { request a(); request b(); }")
+    said = "for s; property q: ctl AG (active(m.a) -> A [active(m.a) W ended(m.b)]);"
+    properties = load_properties(Source("s.prop", said), model).properties
+    assert properties is not None
+    findings = check_all(compiled(model), lambda what: None, properties=properties, engines=Engines(("aig",))).findings
+    (trace,) = (each.trace for each in findings if each.check == "property")
+    assert trace is not None and len(trace.moments) == 3
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -408,3 +408,38 @@ def test_ends_of_regions_are_doubles() -> None:
         math.nextafter(-1e300, -math.inf),
         math.nextafter(1e300, math.inf),
     ]
+
+
+REFUSING = Source(
+    "s.exo",
+    """spec s; poster e: bool = false; poster b: bool = false; module m { request dock(); request stop(); }
+mutex sa: m.stop over m.dock;
+forbid halted: e and active(m.dock) by kill m.dock because "stay out";
+launch go: m.dock() when b;
+launch brake: m.stop() when e;
+""",
+)
+
+
+def test_a_refusal_that_is_not_answered_again_is_told_beside_the_actions() -> None:
+    stopped = '{"report": "m.stop", "outcome": "ok"}'
+    said = text(observe("e", True), observe("b", True), stopped, stopped, spec=REFUSING)
+    assert said[:3] == [
+        "step 4: report m.stop ok",
+        "  launch m.stop() [brake]",
+        "  reject m.dock of go [halted] stay out, as before: not answered again",
+    ]
+    assert "why reject m.dock of go: what any guard, resource or rule rejects is rejected" in said
+    assert "  if b were false: launch m.stop() [brake]" in said
+
+
+@pytest.mark.parametrize(
+    ("line", "title"),
+    [
+        ('{"ask": "m.dock", "args": {"x": 1}}', "step 1: an invalid event"),
+        ('{"observe": "wind", "value": 1}', "step 1: an invalid event"),
+        ('{"tick": 1}', "step 1: an event that cannot be read"),
+    ],
+)
+def test_an_invalid_event_is_told_from_one_that_cannot_be_read(line: str, title: str) -> None:
+    assert text(line, spec=REFUSING)[0] == title
