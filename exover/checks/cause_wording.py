@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from exover.checks.blocking import Blocked, reason_reads
-from exover.model.evaluate import NOTHING, bind, value_of
+from exover.model.evaluate import NOTHING, Scope, applies, bind, share_of, value_of
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
 from exover.model.model import Model, Request
 from exover.model.reads import Read
-from exover.model.state import State
+from exover.model.state import Slot, State
 from exover.model.wording import named_text, value_text
 
 MOST = 6
@@ -29,6 +29,8 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     """
     request, reason = link.request, link.reason
     because = f" ({reason.because})" if reason.because else ""
+    wants = _wanted(model, state, link)
+    more = f" (it wants {wants} of {model.resource[reason.rule].capacity})" if wants else ""
     guards = [guard.condition for guard in request.guards if guard.name == reason.rule]
     rules = [rule.condition for rule in model.rules if rule.name == reason.rule]
     values = bind(request.params, link.args)
@@ -36,7 +38,19 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     given = [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
     told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]))
-    return ", ".join([f"`{reason.rule}`{because}", *told])
+    return ", ".join([f"`{reason.rule}`{because}{more}", *told])
+
+
+def _wanted(model: Model, state: State, link: Blocked) -> int:
+    """Return how much a request wants of the resource that is in its way, if that is more than there can be; else 0."""
+    resource, request = model.resource.get(link.reason.rule), link.request
+    if resource is None:
+        return 0
+    scope = Scope(bind(request.params, link.args))
+    taken = (clause for clause in request.consumptions if clause.resource == resource.name)
+    wants = sum(clause.amount for clause in taken if applies(model, state, clause.when, scope))
+    wants += share_of(model, state, request.name, Slot("running", link.args), resource.name)
+    return wants if wants > resource.capacity else 0
 
 
 def arguments_read(conditions: Iterable[Cond]) -> dict[Read, list[str]]:

@@ -64,19 +64,20 @@ class Shadows:
     """Observations by the number of a state, each tried once for all that are looked into."""
 
     def of(self, name: str) -> "Shadowing":
-        """Return which rules decide where a rule or guard would, the one that was seen most often first; if there are
-        none, the assumption that forbids what it would decide.
+        """Return which rules decide where a rule or guard would, the one that was seen most often first, `busy` among
+        them; if there are none, the assumption that forbids what it would decide.
         """
         alone, seen = Reference(_cut(self.reference.model, name.__eq__)), Counter[str]()
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
         forbids = Counter[Assumption]()
         for step in self._steps(alone.model, requests):
-            if name not in _rules(alone.step(step.state, step.event)[1]):
+            roomy = _roomy(step)
+            if name not in _rules(alone.step(roomy.state, step.event)[1]):
                 continue
             forbids.update(step.forbids)
             for other in dict.fromkeys(_rules(step.actions)) if not step.forbids else ():
-                again = replace(step, reference=self.without[other])
+                again = roomy if other == BUSY.rule else replace(step, reference=self.without[other])
                 seen[other] += name in _rules(again.actions) and not again.forbids
             if seen.total() >= ENOUGH:
                 break
@@ -184,6 +185,15 @@ class Shadowing:
     rules: tuple[str, ...] = ()
     alone: tuple[str, ...] = ()
     assumption: Assumption | None = None
+
+
+def _roomy(step: Tried) -> Tried:
+    """Return the step from where nothing waits of what is asked and a slot more is idle: it is not busy."""
+    state, event = step.state, step.event
+    if not isinstance(event, Ask):
+        return step
+    state = state.with_place(event.request, None).with_slot((event.request, len(state.slots[event.request])), None)
+    return replace(step, state=state)
 
 
 def _most(counted: Counter[Assumption]) -> Assumption | None:

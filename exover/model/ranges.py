@@ -1,7 +1,7 @@
 """Comparisons that are decided whatever happens.
 
-They are so by ranges, as `wind > 99` of a wind in 0 .. 60, or `wind in 5 .. 3`, or by what is ever set, as
-`place == cabin` of a state of a module that no clause sets to it.
+They are so by ranges, as `wind > 99` of a wind in 0 .. 60, `used(power) > 80` where all users together have 60, or
+`wind in 5 .. 3`, or by what is ever set, as `place == cabin` of a state of a module that no clause sets to it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,6 +13,7 @@ from exover.model.expression import (
     Compare,
     Cond,
     Const,
+    Count,
     Level,
     ModelTerm,
     Not,
@@ -23,10 +24,11 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
+    Used,
     atoms,
     leaves,
 )
-from exover.model.model import Model, Parameter, SetState
+from exover.model.model import Model, Parameter, Request, SetState
 from exover.model.types import Int, Real, Type
 from exover.model.wording import condition_text, term_text, value_text
 
@@ -132,6 +134,11 @@ def _decided(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComp
     return FixedComparison(condition_text(atom), truth, words)
 
 
+def _slots(request: Request) -> int:
+    """Return how many slots of a request a rule may see active: a newcomer that interrupts others is one more."""
+    return request.instances + request.interrupts_self
+
+
 def _span(model: Model, leaf: ModelTerm, own: Types, outer: Types) -> tuple[Number, Number] | None:
     """Return the least and the greatest value of a term, None if it is no number or has no bounds that are known."""
     match leaf:
@@ -139,6 +146,11 @@ def _span(model: Model, leaf: ModelTerm, own: Types, outer: Types) -> tuple[Numb
             kind = model.variable[name].type if name in model.variable else None
         case Level(name):
             return 0, model.resource[name].capacity
+        case Used(name):
+            found = ((each, share) for each in model.requests for share in each.shares)
+            return 0, sum(_slots(each) * share.amount for each, share in found if share.resource == name)
+        case Count(names):
+            return 0, sum(_slots(model.request[each]) for each in names)
         case Param(name):
             kind = own.get(name)
         case Own(name):

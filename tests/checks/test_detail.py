@@ -214,6 +214,17 @@ module m { request go(v: int in 0 .. 3); request halt(n: int in 1 .. 4) { interr
     assert message.partition("; ")[2] == told
 
 
+def test_a_request_that_wants_more_than_there_can_be_is_told_so() -> None:
+    spec = """spec s; resource net: 10 by wait; resource pills: 5 consumable;
+module m { request a(n: int in 1 .. 2) { uses net 7; uses net 4 when n > 0; } request b() { consumes pills 6; } }
+"""
+    findings = found(spec)
+    assert findings["deadlock", "m.a"].message.endswith("; `m.a` waits by `net` (it wants 11 of 10)")
+    assert findings["lockout", "m.b"].message.endswith(
+        "; `m.b()` is refused by `pills` (it wants 6 of 5), there level(pills) == 5"
+    )
+
+
 @pytest.mark.parametrize(
     ("assumed", "told"),
     [

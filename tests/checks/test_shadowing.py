@@ -24,6 +24,7 @@ DEAD = [
     ("context m.b { check low: wind < 20; check dead: wind < 30; }", "m.b.low"),
     ("mutex one: m.a, m.b; mutex dead: m.b, m.a;", "one"),
     ("forbid hot: t > 3 and active(m.b) by wait or kill m.b; forbid dead: t > 5 and active(m.b) by wait;", "hot"),
+    ("context m.b { wait dead: until not running(m.b); }", "busy"),
     ("forbid dead: wind > 60 and active(m.b);", ""),
 ]
 

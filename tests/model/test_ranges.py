@@ -35,7 +35,8 @@ poster free: real = 0; poster t: real in 0 .. 10 = 0;
 resource fuel: 8 consumable; resource power: 9;
 module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
     request s() { on ok set pose = out_b; on launch set k = 5; }
-    request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1; check CONDITION; } }"""
+    request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1;
+        uses power 4 when n > 2; check CONDITION; } }"""
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,8 @@ module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
         ("t < 10", []),
         ("t in 5 .. 3 or n in 4 .. 4", ["`t in 5 .. 3` is false whatever happens: the bounds are swapped"]),
         ("on and not past(m.r with n in 6 .. 2)", ["`n in 6 .. 2` is false whatever happens: the bounds are swapped"]),
-        ("free > 1e300 or on or at == b or used(power) < 99", []),
+        ("free > 1e300 or on or at == b or used(power) < 5", []),
+        ("used(power) > 5", ["`used(power) > 5` is false whatever happens: used(power) lies in 0 .. 5"]),
         ("level(fuel) <= 8", ["`level(fuel) <= 8` is true whatever happens: level(fuel) lies in 0 .. 8"]),
         ("n < 12", ["`n < 12` is true whatever happens: n lies in 0 .. 9"]),
         ("not past(m.r with n == 12)", ["`n == 12` is false whatever happens: n lies in 0 .. 9"]),
