@@ -258,7 +258,7 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
             raise CliError(f"a report cannot be written over the spec {file}")
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
-            raise CliError(f"--{option} is for one spec, and here are {len(named.files)}: check them one by one")
+            raise CliError(f"--{option} is for one spec: name one file, once, and no folder")
     forms = {arguments.format, *(form for form, _ in arguments.output)}
     for form in (form for form in BY_NAME if form in forms):
         _refuse_namesakes(named.files, form)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from exover.cli.files import read_text
 from exover.cli.status import CliError
 from exover.cli.streams import complain
+from exover.diagnostics import quote
 from exover.report.recorded import Recorded, UnreadableReport, choose, read
 
 
@@ -29,6 +30,12 @@ def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
 def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Recorded:
     named = choose(found, arguments.check, arguments.subject)
     if not named:
+        checks = tuple(dict.fromkeys(each.check for each in found))
+        if arguments.check is not None and arguments.check not in checks:
+            told = (
+                f"no finding of {quote(arguments.check)} with a trace; with one: {', '.join(checks) or 'none at all'}"
+            )
+            raise CliError(f"{arguments.finding} has {told}")
         raise CliError(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
     first, *others = named
     if others:

@@ -232,10 +232,13 @@ def _bare(scope: NameScope, node: tree.Term, depth: int) -> Cond | None:
         case Symbol(name) if name not in scope.names.constants.enum_values:
             scope.unknown(found)
         case _:
-            what = "an enum value" if isinstance(found, Symbol) else "a number"
-            text = quote(scope.mistakes.source.slice(node.span))
-            what = describe(found.type) if isinstance(found, Typed) else what
-            scope.mistakes.add("E304", f"a condition is needed, {text} is {what}", node.span)
+            what, hint = "an enum value" if isinstance(found, Symbol) else "a number", ""
+            text = scope.mistakes.source.slice(node.span)
+            if isinstance(found, Typed):
+                what = describe(found.type)
+                if isinstance(found.type, Enum):
+                    hint = f"compare it with a value: `{text} == {found.type.values[0]}`"
+            scope.mistakes.add("E304", f"a condition is needed, {quote(text)} is {what}", node.span, hint=hint)
     return None
 
 

@@ -159,6 +159,8 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return _LEADS
     if text == "(" and before is not None:
         return did_you_mean(before.text, _PREDICATES | _STEPS)
+    if "precedes" in expected and before is not None and before.kind == NAME:
+        return did_you_mean(before.text, _FORMS)
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
 
 

@@ -135,6 +135,8 @@ def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
         return "`last` tells how the last instance ended: `none`, `ok`, `failed` or `interrupted`"
     if token.text == "==" and "=" in expected:
         return "a value is given with one `=`"
+    if token.text == "*" and before.text == "." and expected == {NAME}:
+        return "one request is meant here: `MODULE.REQUEST`"
     if before.text == ".." and token.text == ".":
         return "a range is written `0 .. 9`"
     if token.text == "-" and before.kind == NAME and before.end == token.start:
@@ -149,6 +151,8 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
     previous = before.text if before else ""
     if pair in ("=<", "=>"):
         return "write `<=`" if pair == "=<" else "write `>=`, or `implies` between conditions"
+    if text == "=" and previous == "==":
+        return "compare with `==`"
     if text == ">" and previous == "<":
         return "write `!=`"
     if text == "(" and previous == "in":
@@ -168,6 +172,10 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
 
 def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
     """Return the advice behind a word that is used as a predicate or a temporal operator."""
+    if previous in ("A", "E") and "[" in expected:
+        return (
+            f"`ctl` has `{previous}F`, `{previous}G`, `{previous}X` and `{previous} [p U q]`, `ltl` is about all runs"
+        )
     if previous in _LOGICS and token.text not in (";", ")"):
         return "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G F CONDITION;`"
     if previous in _STATES and "(" in expected and token.kind == NAME:

@@ -154,8 +154,8 @@ def test_a_spec_that_is_wrong_keeps_no_other_from_being_checked(run, folder: Pat
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        (("--certificate", "a.cert"), "--certificate is for one spec, and here are 3"),
-        (("--properties", "a.prop"), "--properties is for one spec, and here are 3"),
+        (("--certificate", "a.cert"), "--certificate is for one spec: name one file, once"),
+        (("--properties", "a.prop"), "--properties is for one spec: name one file, once"),
         (("--output", "json=my specs/c.exo"), "a report cannot be written over the spec my specs/c.exo"),
     ],
 )

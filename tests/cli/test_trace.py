@@ -102,7 +102,9 @@ def test_files_that_cannot_be_read(run, report, tmp_path):
     assert (done.returncode, done.stderr) == (2, "exover: error: cannot read binary.json: it is not UTF-8\n")
     none = run("trace", report, "--check", "safety")
     assert none.returncode == 2
-    assert "deadlock left.pick" in none.stderr
+    assert "has no finding of `safety` with a trace; with one: reachability, deadlock, " in none.stderr
+    other = run("trace", report, "--check", "deadlock", "--subject", "x.y")
+    assert "has no such finding with a trace; with one: " in other.stderr and "deadlock left.pick" in other.stderr
 
 
 def test_a_run_of_a_warning_is_told_as_a_warning(run, spec):
