@@ -45,9 +45,11 @@ def killed(rule: Rule) -> frozenset[str]:
 
 
 def may_wait_for(request: Request, rule: Rule) -> bool:
-    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it."""
-    own = pair(rule) == (request.name, request.name)
-    return Wait() in rule.remedies or any(name != request.name or own for name in killed(rule))
+    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it, such as another
+    slot of its own.
+    """
+    beside_its_own = request.instances > 1 or request.interrupts_self
+    return Wait() in rule.remedies or any(name != request.name or beside_its_own for name in killed(rule))
 
 
 def members(rule: Rule, model: Model) -> tuple[Member, ...]:

@@ -6,10 +6,12 @@ import pytest
 
 from exover.diagnostics import render
 from exover.gate.fields import UnreadableField, ValueField
-from exover.gate.reading import read_binding
+from exover.gate.reading import may_wait, read_binding
+from exover.loop.step_semantics import may_wait as tables_may_wait
 from exover.model.types import Bool, Enum, Int, Real
 from exover.source import Source
 from tests.gate.carts import BIND, SPEC, binding_of, model_of
+from tests.support.small import compiled, small_spec_of
 
 MODEL = model_of(SPEC)
 
@@ -97,6 +99,20 @@ cancel = { tool = "halt", ends = true }
 """
     told = [each.message for each in read_binding(Source("b", binding), model)[1] if each.code == "E702"]
     assert told == ["`m.stop` can wait, and nothing says how long"]
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        *map(small_spec_of, range(60)),
+        "spec s; poster h: int in 0 .. 3 = 0; module m { request a(x: int in 0 .. 3) instances 2 { fail when x > h; }}",
+        "spec s; resource r: 1 by kill m.a; module m { request a() instances 2 { uses r 1; } }",
+    ],
+)
+def test_no_request_that_the_tables_let_wait_is_taken_for_one_that_never_does(spec: str) -> None:
+    made = compiled(model_of(spec))
+    for request, waits in zip(made.model.requests, tables_may_wait(made.tables), strict=True):
+        assert may_wait(made.model, request) or not waits, request.name
 
 
 def test_what_a_launch_rule_requires_is_bound() -> None:
