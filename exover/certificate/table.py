@@ -83,10 +83,10 @@ def decode(data: bytes) -> Table:
     at = HEADER.size + 4 * len(LAYOUT) + 4
     if len(data) < at:
         raise Refused("the table is too short")
-    magic, version, width, _, crc, real_count, spec = HEADER.unpack_from(data)
+    magic, version, width, flags, _, real_count, spec = HEADER.unpack_from(data)
     if magic != b"EXOV" or version != 3 or width not in (2, 4, 8):
         raise Refused("the file is no table of format 3")
-    if zlib.crc32(data[16:], zlib.crc32(data[:12] + bytes(4))) != crc:
+    if _sealed(data, flags) != data:
         raise Refused("the checksum of the table is wrong")
     *counts, checks = struct.unpack_from(f"<{len(LAYOUT) + 1}I", data, HEADER.size)
     total = sum(count * len(row._fields) for count, row in zip(counts, ROWS.values(), strict=True))
@@ -101,18 +101,18 @@ def decode(data: bytes) -> Table:
     for name in sorted(ROWS, key="requests".__eq__):  # last, for they have records that have ranges
         sections[name] = Rows(_whole(row, sections) for row in sections[name])
     owner = Rows(number for number, row in enumerate(sections["requests"]) for _ in range(row.instances))
-    table = Table(spec=spec.hex(), sha256=_sha256_if_checked(data), doubles=doubles, words=words, owner=owner)
+    digest = hashlib.sha256(_sealed(data, flags & ~UNCHECKED)).hexdigest()
+    table = Table(spec=spec.hex(), sha256=digest, doubles=doubles, words=words, owner=owner)
     vars(table).update(sections)
     if [slot for number in range(len(table.requests)) for slot in table.slots(number)] != list(range(len(owner))):
         raise Refused("the slots of the requests do not follow each other")
     return table
 
 
-def _sha256_if_checked(data: bytes) -> str:
-    """Return the sha256 that the bytes would have if they did not say that they were emitted unchecked."""
-    before = data[:8] + bytes([data[8] & ~UNCHECKED]) + data[9:12]
-    crc = zlib.crc32(data[16:], zlib.crc32(before + bytes(4)))
-    return hashlib.sha256(before + struct.pack("<I", crc) + data[16:]).hexdigest()
+def _sealed(data: bytes, flags: int) -> bytes:
+    """Return the bytes with these flags, and the checksum that they have then."""
+    head = data[:8] + struct.pack("<I", flags)
+    return head + struct.pack("<I", zlib.crc32(data[16:], zlib.crc32(head + bytes(4)))) + data[16:]
 
 
 def _whole(row: Any, sections: dict[str, Rows]) -> Any:

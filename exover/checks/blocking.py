@@ -90,7 +90,10 @@ class Obstacles:
 
     def _found_lasting(self, begun: State, name: str) -> State | None:
         alone, first, seen = Counter[str](), dict[str, State](), set[object]()
-        for state in onward(self.reference, begun, self.assumptions):
+        model = self.reference.model
+        read = {each.name for guard in model.request[name].guards for each in reads(guard.condition)}
+        often = [each for each in model.requests if each.name in read]
+        for state in onward(self.reference, begun, self.assumptions, often):
             key = state.key()
             if key in seen:
                 continue

@@ -80,10 +80,12 @@ def _any(kind: Type, random: Random) -> Value:
             return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest
 
 
-def onward(reference: Reference, state: State, assumptions: Sequence[Assumption] = ()) -> Iterator[State]:
+def onward(
+    reference: Reference, state: State, assumptions: Sequence[Assumption] = (), often: Sequence[Request] = ()
+) -> Iterator[State]:
     """Yield the state and others that random runs come to from there, by reports, observations and asks.
 
-    Only steps are taken after which the assumptions are seen to be true.
+    Only steps are taken after which the assumptions are seen to be true. `often`: half of all asks and reports are of them.
     """
     model, random = reference.model, Random(0)
     seen = list(observations(model))
@@ -91,15 +93,16 @@ def onward(reference: Reference, state: State, assumptions: Sequence[Assumption]
     for _ in range(WALKS):
         here = state
         for _ in range(STEPS):
-            event = _event(model, here, seen, random)
+            event = _event(model, here, seen, often, random)
             after, actions = reference.step(here, event)
             if all(is_true(model, event, after, actions, each.formula) for each in assumptions):
                 here = after
                 yield here
 
 
-def _event(model: Model, state: State, seen: list[Observe], random: Random) -> Event:
-    active, chance = state.active(), random.random()
+def _event(model: Model, state: State, seen: Sequence[Observe], often: Sequence[Request], random: Random) -> Event:
+    likely = often if often and random.random() < 0.5 else model.requests
+    active, chance = state.active(each.name for each in likely), random.random()
     if active and chance < 0.4:
         name, slot = random.choice(active)
         outcome = "ok" if random.random() < 0.7 else random.choice(ENDINGS)
@@ -107,5 +110,5 @@ def _event(model: Model, state: State, seen: list[Observe], random: Random) -> E
         return Report(name, slot, outcome, results)
     if seen and chance < 0.6:
         return random.choice(seen)
-    request = random.choice(model.requests)
+    request = random.choice(likely)
     return Ask(request.name, arguments(request, random))

@@ -9,7 +9,7 @@ from pathlib import Path
 import exover.certificate
 
 FOLDER = Path(exover.certificate.__file__).parent
-MOST = 840
+MOST = 845
 """Lines of code, without blank ones, comments and docstrings."""
 LAYOUT = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)
 

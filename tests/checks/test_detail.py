@@ -214,6 +214,18 @@ module m { request go(v: int in 0 .. 3); request halt(n: int in 1 .. 4) { interr
     assert message.partition("; ")[2] == told
 
 
+def test_what_stays_in_the_way_is_found_beside_many_requests() -> None:
+    others = " ".join(f"request x{number}(n: int in 0 .. 9);" for number in range(12))
+    spec = f"""spec s; resource wifi: 10 by wait; module z {{ {others} }}
+module m {{
+    request b() {{ uses wifi 6; }}
+    request e() {{ check known: last(m.b) == failed; wait net: until used(wifi) > 8; }}
+}}
+"""
+    told = "once all else is mended, `m.e()` is kept waiting by `m.e.net`, there used(wifi) == 0"
+    assert found(spec)["lockout", "m.e"].message.endswith(f"; {told}")
+
+
 def test_a_request_that_wants_more_than_there_can_be_is_told_so() -> None:
     spec = """spec s; resource net: 10 by wait; resource pills: 5 consumable;
 module m { request a(n: int in 1 .. 2) { uses net 7; uses net 4 when n > 0; } request b() { consumes pills 6; } }

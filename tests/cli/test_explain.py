@@ -129,7 +129,7 @@ def test_a_report_of_several_specs_will_do(run, spec, report):
         (("--finding", "a.json", "--events", "e"), "--finding has the events of its run"),
         (("--finding", "none.json"), "cannot read none.json"),
         (("--finding", "demo.exo"), "cannot use demo.exo: it is not JSON"),
-        (("--finding", "a.json", "--check", "obligation"), "has no such finding with a trace; with one: "),
+        (("--finding", "a.json", "--check", "obligation"), "has no finding of `obligation` with a trace; with one: "),
         (("--finding", "a.json", "--check", "completeness", "--step", "3"), "there is no step 3: the run of"),
         (("--finding", "a.json", "--check", "completeness", "--step", "0"), "there is no step 0"),
         (("other.exo", "--finding", "a.json", "--check", "completeness"), "answers step 2 otherwise"),
