@@ -9,8 +9,9 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from functools import partial
+from random import Random
 
-from exover.checks.near_events import least_arguments, onward
+from exover.checks.near_events import arguments, least_arguments, onward
 from exover.checks.shadowing import Tried, WithoutRules
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
@@ -23,6 +24,8 @@ from exover.model.reads import Read, reads, rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
 
+TRIED = 4
+"""So many arguments are tried of a request beside the least."""
 ENOUGH = 5
 """So often a rule has to stand alone in the way to be believed to be what stays."""
 
@@ -58,10 +61,16 @@ class Obstacles:
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
-        """Return what keeps a request from a launch, with what waits or else its least arguments; None if nothing."""
+        """Return what keeps a request from a launch, with what waits, or else its least arguments; None if nothing does
+        with some arguments that are tried.
+        """
         request, place = self.reference.model.request[name], state.places[name]
-        args = place.args if place else least_arguments(request)
-        return self._decided(state, request, args, waits=place is not None)
+        if place:
+            return self._decided(state, request, place.args, waits=True)
+        random = Random(0)
+        tried = dict.fromkeys([least_arguments(request), *(arguments(request, random) for _ in range(TRIED))])
+        found = [self._decided(state, request, args, waits=False) for args in tried]
+        return found[0] if None not in found else None
 
     def refusal(self, state: State, launch: Launch) -> Blocked | None:
         """Return what the last step refused a required launch for; None if it did not."""

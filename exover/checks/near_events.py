@@ -85,7 +85,7 @@ def onward(
 ) -> Iterator[State]:
     """Yield the state and others that random runs come to from there, by reports, observations and asks.
 
-    Only steps are taken after which the assumptions are seen to be true. `often`: half of all asks and reports are of them.
+    Only steps are taken after which the assumptions are seen to be true. `often`: half of the asks are of these.
     """
     model, random = reference.model, Random(0)
     seen = list(observations(model))

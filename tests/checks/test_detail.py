@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import pytest
 
+from exover.checks.blocking import Obstacles
 from exover.checks.engines import DIAGRAMS, Engines, contradicted
 from exover.checks.finding import Finding
 from exover.checks.property import VIOLATED
 from exover.checks.question import Question
 from exover.checks.run import check_all
+from exover.checks.shadowing import WithoutRules
 from exover.loop.claim import CONTRADICTION
 from exover.model.event import Observe
 from exover.model.model import NOWHERE
 from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.pipeline import load_properties
 from exover.source import Source
@@ -460,3 +463,14 @@ def test_findings_that_no_step_shows_name_assumptions_that_contradict_each_other
     told = "the assumptions contradict each other"
     assert set(first.values()) == {told, f"{told}: from here on they forbid every step"}
     assert {"reachability", "rule-use", "lockout", "property"} <= first.keys()
+
+
+def test_what_can_start_with_some_arguments_is_in_nobodys_way() -> None:
+    spec = """spec s; module m { state held: {none, saw} = none;
+    request take(t: {none, saw}) { check some: t != none; on ok set held = saw; }
+    request drop(t: {none, saw}) { check taken: held == saw; } }"""
+    reference = Reference(model_of(spec))
+    obstacles = Obstacles(reference, WithoutRules(reference.model), ())
+    assert obstacles.blocked(reference.start(), "m.take") is None
+    dropped = obstacles.blocked(reference.start(), "m.drop")
+    assert dropped is not None and dropped.reason.rule == "m.drop.taken" and dropped.args == ("none",)
