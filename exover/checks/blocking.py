@@ -67,18 +67,21 @@ class Obstacles:
         request, place = self.reference.model.request[name], state.places[name]
         if place:
             return self._decided(state, request, place.args, waits=True)
+        found = self._decided(state, request, least_arguments(request), waits=False)
+        if found is None or not request.params:
+            return found
         random = Random(0)
-        tried = dict.fromkeys([least_arguments(request), *(arguments(request, random) for _ in range(TRIED))])
-        found = [self._decided(state, request, args, waits=False) for args in tried]
-        return found[0] if None not in found else None
+        others = (self._decided(state, request, arguments(request, random), waits=False) for _ in range(TRIED))
+        return None if None in others else found
 
     def refusal(self, state: State, launch: Launch) -> Blocked | None:
         """Return what the last step refused a required launch for; None if it did not."""
         model, rule = self.reference.model, state.refused.get(launch.name)
         if rule is None:
             return None
-        reason = Reason(rule, model.texts.get(rule))
-        return Blocked(model.request[launch.request], launch.args, reason, waits=False, refused=True)
+        request = model.request[launch.request]
+        texts = model.texts | {clause.resource: model.text(clause) for clause in reversed(request.consumptions)}
+        return Blocked(request, launch.args, Reason(rule, texts.get(rule)), waits=False, refused=True)
 
     def _decided(self, state: State, request: Request, args: Args, waits: bool) -> Blocked | None:
         decision = self.reference.decide(state, request, args)

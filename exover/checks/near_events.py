@@ -85,7 +85,8 @@ def onward(
 ) -> Iterator[State]:
     """Yield the state and others that random runs come to from there, by reports, observations and asks.
 
-    Only steps are taken after which the assumptions are seen to be true. `often`: half of the asks are of these.
+    Only steps are taken after which the assumptions are seen to be true. `often`: of these half of the asks and of the
+    reports are.
     """
     model, random = reference.model, Random(0)
     seen = list(observations(model))

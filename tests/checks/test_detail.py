@@ -229,6 +229,15 @@ module m {{
     assert found(spec)["lockout", "m.e"].message.endswith(f"; {told}")
 
 
+def test_a_launch_that_a_shortage_refuses_is_told_with_the_text_of_the_clause() -> None:
+    spec = """spec s; poster low: bool = false; resource pills: 5 consumable = 0;
+module m { request a() { consumes pills 1 because "none left"; } }
+launch go: m.a() when low;
+"""
+    told = found(spec)["obligation", "go"].message
+    assert told.endswith("; `m.a()` is refused by `pills` (none left), there level(pills) == 0")
+
+
 def test_a_request_that_wants_more_than_there_can_be_is_told_so() -> None:
     spec = """spec s; resource net: 10 by wait; resource pills: 5 consumable;
 module m { request a(n: int in 1 .. 2) { uses net 7; uses net 4 when n > 0; } request b() { consumes pills 6; } }
