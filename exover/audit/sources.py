@@ -8,7 +8,7 @@ from typing import BinaryIO
 from exover.audit.binary import MAGIC, NoMission, RecordReader, refuse_overlong, split
 from exover.audit.mission import Noted, read_line
 from exover.model.model import Model
-from exover.model.wire import MAX_LINE
+from exover.model.wire import TOO_LONG
 from exover.run.simulate import lines_of
 
 LINES = (".jsonl", ".json", ".ndjson", ".log")
@@ -66,8 +66,8 @@ def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callabl
         rest = data[take(data, not piece) :] if data else b""
         if not piece:
             return
-        if len(rest) > MAX_LINE + 1 and b"\n" not in rest:
-            overlong(rest[: MAX_LINE + 2])
+        if len(rest) >= TOO_LONG and b"\n" not in rest:
+            overlong(rest[:TOO_LONG])
             rest, skips = b"", True
 
 

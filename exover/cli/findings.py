@@ -32,10 +32,10 @@ def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Record
     if not named:
         checks = tuple(dict.fromkeys(each.check for each in found))
         if arguments.check is not None and arguments.check not in checks:
-            told = (
-                f"no finding of {quote(arguments.check)} with a trace; with one: {', '.join(checks) or 'none at all'}"
+            with_one = ", ".join(checks) or "none at all"
+            raise CliError(
+                f"{arguments.finding} has no finding of {quote(arguments.check)} with a trace; with one: {with_one}"
             )
-            raise CliError(f"{arguments.finding} has {told}")
         raise CliError(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
     first, *others = named
     if others:

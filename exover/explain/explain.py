@@ -36,7 +36,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
         return Explanation(step, last, (fault,), (_invalid(fault),))
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
-    if actions:
+    if actions and before.refused:
         watched = watch(reference, before.unrefused(), last)
     unanswered = tuple(action for action, _ in watched.actions if action not in actions)
     accounts = accounts_of(RuleVerdicts(reference, written), watched)

@@ -32,6 +32,8 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
 
 MAX_LINE = 1 << 20
 """Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
+TOO_LONG = MAX_LINE + len(b"\r\n")
+"""So many bytes without a line feed show that a line is longer."""
 MAX_DIGITS = 400
 """Digits of the longest integer that is read exactly; the largest double has 309, so a longer one is in no domain."""
 WHOLE = 10**16

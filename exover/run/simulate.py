@@ -6,7 +6,7 @@ from typing import BinaryIO, Protocol
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
-from exover.model.wire import MAX_LINE, answer_line, read_event
+from exover.model.wire import TOO_LONG, answer_line, read_event
 
 
 class Engine(Protocol):
@@ -54,8 +54,7 @@ def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Gene
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:
     """Yield the lines of a stream as they come; of one too long to be an event only as much as shows that it is."""
-    enough = MAX_LINE + len(b"\r\n")
-    while line := stream.readline(enough):
+    while line := stream.readline(TOO_LONG):
         yield line
-        while len(line) == enough and not line.endswith(b"\n"):
-            line = stream.readline(enough)
+        while len(line) == TOO_LONG and not line.endswith(b"\n"):
+            line = stream.readline(TOO_LONG)

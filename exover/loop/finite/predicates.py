@@ -195,11 +195,9 @@ class StatePredicates(SlotPredicates[S]):
         if all(isinstance(term, Const | Param | Own) for term in terms):
             return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
         readings = (term.name for term in terms if isinstance(term, Reading))
-        match [name for name in readings if not isinstance(self._sample(name, 0), int | bool)]:
-            case [name]:
-                return self._compare_values(cond, name, scope)
-            case _:
-                pass  # two enums of one type are compared by ordinals
+        symbols = [name for name in readings if not isinstance(self._sample(name, 0), int | bool)]
+        if len(symbols) == 1:  # two enums of one type are compared by their ordinals
+            return self._compare_values(cond, symbols[0], scope)
         left, constant = self._linear(cond.left, once_stopped, scope)
         right, other = self._linear(cond.right, once_stopped, scope)
         sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
