@@ -42,6 +42,11 @@ class Engines:
 
 DIAGRAMS = Engines()
 PORTFOLIO = Engines(("aig", "bdd", "z3"), adaptive=True)
+MANY = 1000
+"""Samples of the arguments of a request up to which diagrams may answer at once.
+
+To count the bits of a state is to tell classes of arguments apart, which delays the first answer by half a second where
+there are more."""
 SMALL, LARGE = 64, 600
 """Bits of a state up to which diagrams may answer at once, and from which on the graph of a whole step is too large."""
 LOOSE, FEW = 20, 5000
@@ -70,6 +75,9 @@ def suited(engines: Engines, analysis: "Analysis") -> Engines:
 
 
 def _suits_diagrams(analysis: "Analysis") -> bool:
+    samples = analysis.most_samples
+    if samples is None or samples > MANY:
+        return False
     bits = analysis.state_bits
     if bits is None:
         return False

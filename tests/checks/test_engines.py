@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import pytest
@@ -21,6 +22,7 @@ from exover.cli.files import read_spec
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.loopsets import LoopSets
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Progress
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -324,6 +326,25 @@ class _Undrawn(Analysis):
     @property
     def sets(self) -> LoopSets:  # type: ignore[override]
         raise AssertionError("a diagram is made")
+
+
+class _Unlooped(Analysis):
+    """An analysis of which no loop may be made."""
+
+    @property
+    def loop(self) -> ClosedLoop:
+        raise AssertionError("classes of arguments are told apart")
+
+
+@pytest.mark.parametrize(("high", "loops"), [(999, True), (1000, False)])
+def test_the_order_of_engines_is_known_before_thousands_of_arguments_are_told_apart(high: int, loops: bool) -> None:
+    values = f"int in 0 .. {high}"
+    made = built(
+        f"spec rich; poster p: {values} = 0; module m {{ request a(k: {values}) {{ check k == p; }} }}"
+    ).compiled
+    adaptive = Engines(("aig", "bdd"), adaptive=True)
+    with pytest.raises(AssertionError, match="told apart") if loops else nullcontext():
+        assert suited(adaptive, _Unlooped(made, Reference(made.model), silent)) == adaptive
 
 
 @pytest.mark.parametrize("name", TEAMS)

@@ -4,9 +4,10 @@ A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); 
 and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import field
-from types import MappingProxyType
+from functools import reduce
+from operator import or_
 
 from exover.dataclass import dataclass
 
@@ -43,22 +44,37 @@ class Circuit:
 
     def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
-        seen = cone(self.fanins, roots, {latch.node: latch.next for latch in self.latches})
-        return tuple(latch for latch in self.latches if latch.node in seen)
+        return Influence(self).on(roots)
 
 
-_NO_LATCH: Mapping[int, Literal] = MappingProxyType({})
+class Influence:
+    """Which latches of a circuit its literals depend on in any number of steps, for many questions about one circuit.
 
-
-def cone(
-    fanins: Sequence[tuple[Literal, Literal] | None],
-    roots: Iterable[Literal],
-    following: Mapping[int, Literal] = _NO_LATCH,
-) -> set[int]:
-    """Return the nodes that literals depend on, their own included: within one step, beyond it by latches `following`.
-
-    `following`: by node what a latch is after a step.
+    Sets of latches are numbers, a bit for each latch, so that one pass over the nodes collects those of all nodes.
     """
+
+    def __init__(self, circuit: Circuit) -> None:
+        self._latches = circuit.latches
+        bits = {latch.node: 1 << place for place, latch in enumerate(circuit.latches)}
+        self._read: list[int] = []
+        """By node the latches that it depends on within a step."""
+        for node, pair in enumerate(circuit.fanins):
+            self._read.append(
+                bits.get(node, 0) if pair is None else self._read[pair[0] >> 1] | self._read[pair[1] >> 1]
+            )
+
+    def on(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
+        """Return the latches, in their order."""
+        found, new = 0, reduce(or_, (self._read[root >> 1] for root in roots), 0)
+        while new:
+            found |= new
+            read = (self._read[latch.next >> 1] for place, latch in enumerate(self._latches) if new >> place & 1)
+            new = reduce(or_, read) & ~found
+        return tuple(latch for place, latch in enumerate(self._latches) if found >> place & 1)
+
+
+def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Literal]) -> set[int]:
+    """Return the nodes that literals depend on within one step, their own included."""
     seen: set[int] = set()
     stack = [root >> 1 for root in roots]
     while stack:
@@ -68,8 +84,6 @@ def cone(
             pair = fanins[node]
             if pair is not None:
                 stack += [pair[0] >> 1, pair[1] >> 1]
-            elif node in following:
-                stack.append(following[node] >> 1)
     return seen
 
 

@@ -83,21 +83,28 @@ class Moments:
 
         Where a loop is `known` already, its runs are followed, and gone on with: while that shows anything new, or, to
         `cover`, new states. If some run needs more passes, such runs are all that is kept: others are near them.
-        `early` is called when a little has been looked for.
+        `early` is called when a little has been looked for, before anything is said that is no error.
         """
         exploration = self._exploration(coverage_goals(self.encoding.latches) if cover else CoverageGoals())
         if known is not None:
             self._follow(exploration, known)
+        others: dict[int, Inputs] = {}
         for rounds in OPENING:
             seen = exploration.run(rounds)
-            self._seen(seen)
-            self.runs = [seen[part].inputs for part in self._passes if part in seen]
-            if self.runs:
+            self._reached(self._runs(seen, urgent=True))
+            others |= self._runs(seen, urgent=False)
+            needing_more = [seen[part].inputs for part in self._passes if part in seen]
+            if needing_more:
+                self._reached(others)
+                self.runs = needing_more
                 return False
             self.seeds = exploration.corpus(RUNS)
             self.runs = [seed.run for seed in self.seeds]
             if rounds == EARLY:
                 early()
+            if rounds >= EARLY:
+                self._reached(others)
+                others = {}
         return True
 
     def follow(self, known: "Moments") -> None:
@@ -122,10 +129,16 @@ class Moments:
 
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
         """Take what runs show, and say it, errors first."""
-        runs = {index: answer.inputs for index, answer in answers.items() if index not in self._passes}
-        errors = {index: run for index, run in runs.items() if self._is_urgent(index)}
-        for part in (errors, {index: run for index, run in runs.items() if index not in errors}):
-            self._reached(part)
+        for urgent in (True, False):
+            self._reached(self._runs(answers, urgent))
+
+    def _runs(self, answers: Mapping[int, Reachable], urgent: bool) -> dict[int, Inputs]:
+        """Return the runs of answers, by index, to what errors depend on, or the others but for the passes."""
+        return {
+            index: answer.inputs
+            for index, answer in answers.items()
+            if index not in self._passes and self._is_urgent(index) == urgent
+        }
 
     # ---- proofs ----
 

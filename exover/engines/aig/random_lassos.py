@@ -14,7 +14,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.exploration import Seed, state_of
-from exover.engines.aig.graph import Circuit, LatchNode, Literal
+from exover.engines.aig.graph import Circuit, Influence, LatchNode, Literal
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest, numbers
 from exover.engines.aig.random_events import RandomEvents
@@ -61,8 +61,9 @@ class SimulatedCircuit:
     @cached_property
     def looked_at(self) -> tuple[frozenset[int], ...]:
         """By question the latches that have to come back: those that it looks at, which monitors of others are not."""
+        influence = Influence(self.circuit)
         return tuple(
-            frozenset(latch.node for latch in self.circuit.support([self.encoding.legal, *self.others, *_asked(each)]))
+            frozenset(latch.node for latch in influence.on([self.encoding.legal, *self.others, *_asked(each)]))
             for each in self.staying
         )
 

@@ -15,9 +15,11 @@ from exover.engines.bdd.steps import Stepper
 from exover.engines.bdd.temporal import TemporalEngine
 from exover.engines.bdd.wait_for import WaitForAnalysis
 from exover.loop.claim import Progress
+from exover.loop.finite.argument_classes import all_arguments
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.predicates import StatePredicates
-from exover.loop.finite.tested_bounds import TooLarge
+from exover.loop.finite.tested_bounds import TestedBounds, TooLarge
+from exover.loop.tracked_predicates import tracked_predicates
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Label, Properties
@@ -58,6 +60,16 @@ class Analysis:
             return self.loop.bit_count
         except TooLarge:
             return None
+
+    @property
+    def most_samples(self) -> int | None:
+        """The most samples of arguments that a request has, for which no loop is made; None as for `state_bits`."""
+        model, tables = self.compiled.model, self.compiled.tables
+        try:
+            found = all_arguments(model, tables, TestedBounds(tables), tracked_predicates(model, self.properties))
+        except TooLarge:
+            return None
+        return max((len(each.samples) for each in found), default=0)
 
     @cached_property
     def sets(self) -> LoopSets:

@@ -16,7 +16,7 @@ from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.expression import Param, operands
 from exover.model.model import Model, Parameter
-from exover.model.state import State
+from exover.model.state import State, resting
 from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
@@ -74,9 +74,7 @@ class Arguments:
         self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.tracked_orders)
         self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
         self.result_samples = self._samples(self.results, len(self.params))
-        self.cells: list[Cell] = []
-        self.classes: list[Class] = []
-        self._collect()
+        self.samples = self._samples(self.params, 0)
 
     def _tracked_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
         """Return the comparisons of arguments with posters that conditions make and no table does."""
@@ -336,23 +334,33 @@ class Arguments:
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
         )
 
-    def _collect(self) -> None:
-        classes: dict[tuple[object, ...], Class] = {}
-        self._by_sign: dict[tuple[object, ...], Cell] = {}
-        self.samples = self._samples(self.params, 0)
+    @cached_property
+    def cells(self) -> list[Cell]:
+        """The cells, which are told apart when they are first asked for: that takes long where there are thousands."""
         if len(self.samples) == 1:  # nothing tells these arguments apart
             args = self.samples[0]
-            self.cells = [Cell(0, args, tuple(self.loaded(args).items()), 0)]
-            self.classes = [Class(0, args)]
-            return
+            return [Cell(0, args, tuple(self.loaded(args).items()), 0)]
+        return list(self._by_sign.values())
+
+    @cached_property
+    def classes(self) -> list[Class]:
+        """The classes."""
+        found: dict[int, Class] = {}
+        for cell in self.cells:
+            found.setdefault(cell.slot_class, Class(cell.slot_class, cell.args))
+        return list(found.values())
+
+    @cached_property
+    def _by_sign(self) -> dict[tuple[object, ...], Cell]:
+        found: dict[tuple[object, ...], Cell] = {}
+        classes: dict[tuple[object, ...], int] = {}
         for args in self.samples:
-            sign = self._class_sign(args)
-            known = classes.setdefault(sign, Class(len(classes), args))
-            entries = tuple(self.loaded(args).items())
-            cell = Cell(len(self._by_sign), args, entries, known.number)
-            self._by_sign.setdefault((self._loaded_sign(args), sign), cell)
-        self.cells = list(self._by_sign.values())
-        self.classes = list(classes.values())
+            class_sign = self._class_sign(args)
+            sign = self._loaded_sign(args), class_sign
+            if sign not in found:
+                number = classes.setdefault(class_sign, len(classes))
+                found[sign] = Cell(len(found), args, tuple(self.loaded(args).items()), number)
+        return found
 
     def _samples(self, params: tuple[Parameter, ...], first: int) -> list[Args]:
         choices: list[list[Value]] = []
@@ -398,3 +406,9 @@ class Arguments:
         if not cuts:
             return [low if math.isfinite(low) else min(0.0, high)]
         return list(points(low, high, cuts, 1))
+
+
+def all_arguments(model: Model, tables: Tables, bounds: TestedBounds, tracked: TrackedPredicates) -> list[Arguments]:
+    """Return the arguments of each request; raises `TooLarge` if they are more than can be followed."""
+    start = resting(model)
+    return [Arguments(model, tables, bounds, tracked, number, start) for number in range(len(model.requests))]

@@ -4,7 +4,7 @@ from bisect import bisect_right
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.loop.finite.argument_classes import Arguments
+from exover.loop.finite.argument_classes import all_arguments
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
 from exover.loop.finite.tested_bounds import TestedBounds, TooLarge
@@ -13,7 +13,6 @@ from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties, happened
-from exover.model.state import resting
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
@@ -67,9 +66,7 @@ class LoopStates:
         self.names, self.request_number = index.readings, index.request
         self.tracked = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
-        requests = range(len(self.model.requests))
-        start = resting(self.model)
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.tracked, r, start) for r in requests]
+        self.arguments = all_arguments(self.model, self.tables, self.bounds, self.tracked)
         self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
@@ -79,7 +76,7 @@ class LoopStates:
         self._declare_pairs()
         for number in range(len(self.tables.stocks)):
             self._declare_stock(number)
-        for request in requests:
+        for request in range(len(self.model.requests)):
             self._declare_request(request)
         for number in range(len(self.tables.launches)):
             self._declare(("tried", number), 2, 0)
