@@ -173,9 +173,11 @@ def _converted(
     return None
 
 
-def _may_be(constant: Constant | None, kind: Type | None) -> bool:
-    """Return whether a constant, as far as it is known, may be a value of a type."""
+def _may_be(constant: Constant | None, kind: Type | None, known: Constants) -> bool:
+    """Return whether a constant may be a value of a type, as far as that is known; one that means nothing may not."""
     match constant, kind:
+        case Symbol(name), None:
+            return name in known.enum_values
         case (None, _) | (_, None):
             return True
         case Symbol(name), Enum(values):
@@ -200,7 +202,7 @@ def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: M
         symbol.span,
         lambda: [
             *values,
-            *(name for name, constant in known.consts.items() if _may_be(constant, kind)),
+            *(name for name, constant in known.consts.items() if _may_be(constant, kind, known)),
             *(("true", "false") if isinstance(kind, Bool) else ()),
         ],
         f"{quote(symbol.name)} is a parameter; a value is written out here" if symbol.name in known.parameters else "",

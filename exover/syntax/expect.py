@@ -155,13 +155,18 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return _PARENTHESES
     if text in RELATIONS | {"+", "-", "*"} and "and" in expected:
         return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
-    if text == "leads":
+    if text == "leads" or (text == "lead" and "leads" not in expected):
         return _LEADS
     if text == "(" and before is not None:
         return did_you_mean(before.text, _PREDICATES | _STEPS)
-    if "precedes" in expected and before is not None and before.kind == NAME:
-        return did_you_mean(before.text, _FORMS)
+    if "precedes" in expected and before is not None:
+        return misspelt_form(before, expected)
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
+
+
+def misspelt_form(before: Token, expected: frozenset[str]) -> str:
+    """Return the advice on a word where a form has to go on behind it, if it is nearly the first word of another."""
+    return did_you_mean(before.text, _FORMS) if "precedes" in expected and before.kind == NAME else ""
 
 
 def words(expected: Iterable[str]) -> list[str]:

@@ -390,6 +390,7 @@ HINTS = [
         "const far = 3; const away = field; poster p: zone = nowhere;",
         "known here: `base`, `dock`, `field`, `home`, `away`",
     ),
+    ("const away = field; const lost = nowhere;", "known here: `three`, `half`, `home`, `away`"),
     ("module z { state s: bool = true; request r(); } context z.r { after z.s; }", "known here: `z.r`"),
 ]
 
