@@ -71,6 +71,10 @@ class Versions:
         for old, new in self.requests:
             for one, other in (*_by_name(old.params, new.params), *_by_name(old.results, new.results)):
                 yield from _narrowed(f"{new.name}.{other.name}", one.type, other.type)
+            if {*old.statuses} != {*new.statuses}:
+                both = tuple(status for status in new.statuses if status in old.statuses)
+                texts = [f"({', '.join(each)})" if each else "none" for each in (old.statuses, new.statuses, both)]
+                yield f"statuses of {new.name}: {texts[0]} in OLD, {texts[1]} in NEW, compared on {texts[2]}"
         for mine, its in self.variables:
             yield from _narrowed(mine.name, mine.type, its.type)
         for name, stock in self.old.resource.items():

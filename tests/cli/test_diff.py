@@ -205,6 +205,18 @@ def git(folder: Path, *words: str) -> None:
     subprocess.run(["git", "-C", folder, *names, *words], check=True, capture_output=True, env={**os.environ, **who})
 
 
+def test_statuses_of_one_version_alone_are_told(run, tmp_path: Path) -> None:
+    """A report with such a status is invalid in the other version: it is no event of both."""
+    old = "spec s; module m { request a() fails (lost, stuck); request b() fails (x); request c() fails (y); }"
+    new = old.replace("lost, stuck", "stuck, lost").replace("(y)", "(y, z)").replace("(x)", "(w)")
+    found = told(run, tmp_path, old, new)
+    assert found["verdict"] == "same"
+    assert found["notes"] == [
+        "statuses of m.b: (x) in OLD, (w) in NEW, compared on none",
+        "statuses of m.c: (y) in OLD, (y, z) in NEW, compared on (y)",
+    ]
+
+
 def test_a_spec_is_compared_with_itself_at_a_revision(run, tmp_path: Path) -> None:
     spec, prop = tmp_path / "specs" / "lift.exo", tmp_path / "properties" / "lift.prop"
     for file, text in ((spec, OLD), (prop, "for lift; property apart: possible (active(cabin.go));")):

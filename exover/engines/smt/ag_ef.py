@@ -17,8 +17,9 @@ from exover.dataclass import dataclass
 from exover.engines.smt.home_states import HomeStateProof
 from exover.engines.smt.lasso import TermSemantics
 from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
+from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive
-from exover.engines.smt.system import Move, System
+from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term, variables

@@ -8,9 +8,10 @@ from exover.dataclass import dataclass
 from exover.engines.smt.concretize import ModelConcretizer
 from exover.engines.smt.home_states import HomeStateProof
 from exover.engines.smt.reachability import Reachability, ReachingRun
+from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.steps import Input
-from exover.engines.smt.system import Move, System
+from exover.engines.smt.system import System
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term
 from exover.model.event import Event

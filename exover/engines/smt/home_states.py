@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from exover.dataclass import dataclass
+from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Prover
-from exover.engines.smt.system import Move, System
+from exover.engines.smt.system import System
 from exover.loop.exact.actions import tried
 from exover.loop.exact.layout import least
 from exover.loop.exact.symbolic_state import SymbolicState

@@ -6,8 +6,9 @@ rule of Manna and Pnueli 1984 for justice).
 """
 
 from exover.dataclass import dataclass
+from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Prover
-from exover.engines.smt.system import Move, System
+from exover.engines.smt.system import System
 from exover.loop.exact.term import Term
 
 METHOD = "ranking"

@@ -13,7 +13,8 @@ from itertools import pairwise
 from math import inf, nextafter
 
 from exover.dataclass import dataclass
-from exover.engines.smt.steps import Input, SymbolicStep, SymbolicSteps
+from exover.engines.smt.relation import Move, Relation
+from exover.engines.smt.steps import SymbolicStep, SymbolicSteps
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.predicates import Predicates
@@ -26,16 +27,6 @@ from exover.model.property import (
     Properties,
     atoms,
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Move:
-    """A kind of event as a step from one moment to the next: when it is allowed, and what it changes."""
-
-    kind: Kind
-    inputs: tuple[Input, ...]
-    allowed: Term
-    after: dict[str, Term]
 
 
 @dataclass
@@ -192,9 +183,15 @@ class System:
         other, both = copy(self), self.terms.both
         moves = (replace(m, allowed=both((m.allowed, self.before(condition, m)))) for m in self.moves)
         other.moves = tuple(move for move in moves if move.allowed is not self.terms.false)
+        other.__dict__.pop("relation", None)
         return other
 
     # ---- moves ----
+
+    @cached_property
+    def relation(self) -> Relation:
+        """The moves as one relation between two moments."""
+        return Relation(self.terms, self.vars, self.moves)
 
     def before(self, term: Term, move: Move, memory: dict[Term, Term] | None = None) -> Term:
         """Return where a term is true after the move, as a term over the moment before and the event's values."""

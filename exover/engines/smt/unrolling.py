@@ -3,14 +3,14 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from exover.dataclass import dataclass
+from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive, Translation, Valuation, new_solver
-from exover.engines.smt.system import Move, System
+from exover.engines.smt.system import System
 from exover.loop.exact.events import Kind
-from exover.loop.exact.term import Number, Term, variables
+from exover.loop.exact.term import Number, Term
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,49 +19,6 @@ class Taken:
 
     kind: Kind
     values: dict[str, bool | Number]
-
-
-@dataclass(frozen=True)
-class Relation:
-    """The moves of a system as one relation between two moments: a choice of a move, and what it makes of the first."""
-
-    system: System
-
-    @cached_property
-    def bits(self) -> tuple[Term, ...]:
-        """The variables whose values choose the move."""
-        count = max(len(self.system.moves) - 1, 0).bit_length()
-        return tuple(self.system.terms.var(f"choice {bit}", "Bool") for bit in range(count))
-
-    def chosen(self, number: int) -> Term:
-        """Return where the move of this number is chosen."""
-        terms = self.system.terms
-        pairs = enumerate(self.bits)
-        return terms.both(bit if number >> place & 1 else terms.negation(bit) for place, bit in pairs)
-
-    @cached_property
-    def allowed(self) -> Term:
-        """Return where the chosen move is one, and allowed."""
-        terms = self.system.terms
-        return terms.either(
-            terms.both((self.chosen(number), move.allowed)) for number, move in enumerate(self.system.moves)
-        )
-
-    @cached_property
-    def after(self) -> dict[str, Term]:
-        """By variable what it is after the chosen move."""
-        terms, found = self.system.terms, {}
-        for name, var in self.system.vars.items():
-            by_value: dict[Term, list[Term]] = {}
-            for number, move in enumerate(self.system.moves):
-                value = move.after.get(name, var)
-                if value is not var:
-                    by_value.setdefault(value, []).append(self.chosen(number))
-            result = var
-            for value, choices in by_value.items():
-                result = terms.choose(terms.either(choices), value, result)
-            found[name] = result
-        return found
 
 
 @dataclass
@@ -75,19 +32,11 @@ class Unrolled:
     _at: list[Translation] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.relation = Relation(self.system)
+        self.relation = self.system.relation
         self.solver = new_solver()
         terms = self.system.terms
-        self._next = {name: terms.var(f"{name}'", var.sort) for name, var in self.system.vars.items()}
-        step = terms.both(
-            [self.relation.allowed]
-            + [terms.equal(self._next[name], value) for name, value in self.relation.after.items()]
-        )
         self._plain = Translation()
-        self._step = self._plain(step)
-        self._moving = sorted(
-            variables([step]) - {*self.system.vars.values(), *self._next.values()}, key=lambda v: v.name
-        )
+        self._step = self._plain(self.relation.step)
         if self.from_start:
             self.add(0, *(terms.equal(var, value) for var, value in self.system.initial.items()))
         self.add(0, *self.system.lemmas)
@@ -107,8 +56,8 @@ class Unrolled:
         import z3
 
         now, then = self.depth, self.depth + 1
-        pairs = [(self._plain(var), self.at(now, var)) for var in (*self.system.vars.values(), *self._moving)]
-        pairs += [(self._plain(self._next[name]), self.at(then, var)) for name, var in self.system.vars.items()]
+        pairs = [(self._plain(var), self.at(now, var)) for var in (*self.system.vars.values(), *self.relation.inputs)]
+        pairs += [(self._plain(self.relation.next[name]), self.at(then, var)) for name, var in self.system.vars.items()]
         self.solver.add(z3.substitute(self._step, pairs))
         self.depth = then
         self.add(then, *self.system.lemmas)
