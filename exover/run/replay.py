@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import TypeVar
 
-from exover.model.event import Action, Invalid, Killed, Launched, Rejected, Violated, Waits
+from exover.model.event import Action, Invalid, Killed, Launched, Observe, Rejected, Violated, Waits
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.replayed import BareAction, Replayed
@@ -59,14 +59,23 @@ def replay(model: Model, run: Sequence[BoxStep], before: Iterable[bytes] = ()) -
 def _steps(model: Model, run: Iterable[BoxStep], engine: ReferenceEngine | None) -> Iterator[Replayed]:
     names = [reason.rule for reason in reasons(model)]
     for step in run:
-        event = event_of(model, step)
-        read = read_event(model, json.dumps(event))
+        broken = _broken_bool(model, step)
+        event = {"observe": broken.name, "value": broken.value} if broken else event_of(model, step)
+        read = broken or read_event(model, json.dumps(event))
         actions = (read,) if isinstance(read, Invalid) else engine.step(read) if engine else ()
         recorded = tuple(_recorded(model, names, answer) for answer in step.answers)
         expected = tuple(map(_said, actions)) if engine else None
         yield Replayed(
             step.number, event, read, None if step.fault is None else recorded, expected, _fault(step.fault or 0)
         )
+
+
+def _broken_bool(model: Model, step: BoxStep) -> Observe | None:
+    """Return the reading of a bool that is neither 0 nor 1, taken as its `else`, for which JSON has no value."""
+    variable = _at(model.variables, step.words[0]) if step.what == box.OBSERVE else None
+    if variable is None or variable.fallback is None or not isinstance(variable.type, Bool) or not step.values:
+        return None
+    return None if step.values[0] in (0, 1) else Observe(variable.name, variable.fallback, True)
 
 
 def _fault(status: int) -> str | None:

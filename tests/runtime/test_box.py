@@ -16,7 +16,8 @@ from exover.engines.compiler import compile_in
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.pipeline import Build, build, engine
-from exover.run.box import HEADER, LINE, NotABox, read_box
+from exover.run import box
+from exover.run.box import HEADER, LINE, BoxStep, NotABox, read_box
 from exover.run.native import NativeEngine, runtime_file
 from exover.run.replay import replay
 from exover.run.rust import EDITION, FLAGS, build_crate, find_rustc
@@ -297,6 +298,23 @@ def test_what_is_no_event_is_recorded_and_told(boxing: Boxing, small: Build) -> 
     assert len(steps) == len(lines)
     assert [step.number for step in steps if not step.agrees] == []
     assert sum(isinstance(step.read, Invalid) for step in steps) >= len(lines) - 4
+
+
+def test_a_bool_that_is_neither_of_its_numbers_is_taken_as_its_else() -> None:
+    """JSON has no value for it; the C takes the `else` as for every reading that is out of range."""
+    model = model_of(
+        "spec s; poster near: bool = false else true; module m { request a() { fail close: when near; } request b(); }"
+    )
+    run = [
+        BoxStep(1, box.ASK, (0,), 0, (), ((0x1E76, 0, 0, -1, -1),), 0),
+        BoxStep(2, box.OBSERVE, (0,), 1, (2,), ((0x1369, -1, -1, 6, -1), (0x2F5B, 0, 0, 1, -1)), 0),
+        BoxStep(3, box.OBSERVE, (0,), 1, (0,), (), 0),
+        BoxStep(4, box.ASK, (0,), 0, (), ((0x1E76, 0, 0, -1, -1),), 0),
+    ]
+    steps = replay(model, run)
+    assert [said.verb for said in steps[1].recorded or ()] == ["invalid", "kill"]
+    assert [step.agrees for step in steps] == [True, True, True, False], "the killed slot is not reported yet"
+    assert steps[1].event == {"observe": "near", "value": True}
 
 
 def test_a_box_that_has_lost_its_place_changes_no_answer(boxing: Boxing, program: Path) -> None:
