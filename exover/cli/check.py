@@ -256,6 +256,8 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
             raise CliError(f"two reports cannot be written to {file}")
         if files[number] in specs:
             raise CliError(f"a report cannot be written over the spec {file}")
+        if arguments.properties and files[number] == os.path.realpath(arguments.properties):
+            raise CliError(f"a report cannot be written over the properties {file}")
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
             raise CliError(f"--{option} is for one spec: name one file, once, and no folder")

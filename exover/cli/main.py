@@ -19,6 +19,11 @@ from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.raised import is_raised
 
+READ = (
+    *("spec", "old", "new", "files", "box", "finding", "missions"),
+    *("properties", "old_properties", "events", "audit", "bind", "after"),
+)
+"""Arguments and options that name files to read, one or several."""
 OBJECTS = 100_000
 """Objects after which cycles are looked for: trees and models are many objects and hold none, so looking is in vain."""
 
@@ -31,8 +36,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         gc.set_threshold(OBJECTS)
         signal.signal(signal.SIGTERM, _terminated)
         arguments = parser().parse_args(argv, argparse.Namespace(started=started))
+        _refuse_overwriting(arguments)
         outcome.status = import_module(f"exover.cli.{getattr(arguments, 'module', arguments.verb)}").run(arguments)
     return settle(outcome.status)
+
+
+def _refuse_overwriting(arguments: argparse.Namespace) -> None:
+    """Raise `CliError` if what the command writes would take the place of a file that it reads."""
+    named = vars(arguments)
+    written = [each for each in ("out", "log", "events" if arguments.verb == "replay" else "") if named.get(each)]
+    for output in written:
+        for name in (each for each in READ if each != output):
+            for path in named[name] if isinstance(named.get(name), list) else [named.get(name)]:
+                if isinstance(path, str) and os.path.isfile(path) and _is_same(path, named[output]):
+                    raise CliError(f"{named[output]} cannot be written over: the command reads it")
+
+
+def _is_same(path: str, other: str) -> bool:
+    """Return whether two paths lead to one file."""
+    return os.path.exists(other) and os.path.samefile(path, other)
 
 
 class ExitGuard:

@@ -75,7 +75,7 @@ def test_mistakes_leave_nothing_behind(folder: Path) -> None:
     before = sorted(folder.iterdir())
     (folder / "file").write_text("")
     for out, reason in (
-        ("safe.exo", "a report cannot be written over the spec safe.exo"),
+        ("safe.exo", "safe.exo cannot be written over: the command reads it"),
         ("file/r.html", "cannot write file"),
         ("./", "./ is a folder: --out names the file to write"),
     ):

@@ -1,0 +1,45 @@
+"""What a command reads it never writes over."""
+
+from pathlib import Path
+
+import pytest
+
+SPEC = "spec s; module m { request a(); request b(); } mutex m.a, m.b;"
+EVENTS = '{"ask": "m.a"}\n{"ask": "m.b"}\n'
+PROPERTIES = "for s; property apart: never (active(m.a) and active(m.b));"
+FILES = {"s.exo": SPEC, "t.exo": SPEC, "s.prop": PROPERTIES, "events.jsonl": EVENTS, "box.bin": "no box"}
+
+
+@pytest.mark.parametrize(
+    ("command", "output"),
+    [
+        ("graph s.exo --out s.exo", "s.exo"),
+        ("graph s.exo --out ./link.exo", "./link.exo"),
+        ("diff s.exo t.exo --out t.exo", "t.exo"),
+        ("diff s.exo t.exo --properties s.prop --out s.prop", "s.prop"),
+        ("swap s.exo t.exo --out t.exo", "t.exo"),
+        ("audit s.exo t.exo events.jsonl --out events.jsonl", "events.jsonl"),
+        ("import t.exo --out t.exo", "t.exo"),
+        ("trace events.jsonl --out events.jsonl", "events.jsonl"),
+        ("report s.exo --properties s.prop --out s.prop", "s.prop"),
+        ("report s.exo --out s.exo", "s.exo"),
+        ("replay box.bin s.exo --events box.bin", "box.bin"),
+        ("gate mcp s.exo --bind s.prop --log s.exo -- true", "s.exo"),
+        ("gate mcp s.exo --bind s.prop --log s.prop -- true", "s.prop"),
+    ],
+)
+def test_what_is_read_is_not_written_over(run, tmp_path: Path, command: str, output: str) -> None:
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "link.exo").symlink_to("s.exo")
+    done = run(*command.split(), cwd=tmp_path)
+    told = f"exover: error: {output} cannot be written over: the command reads it\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+    assert {name: (tmp_path / name).read_text() for name in FILES} == FILES
+
+
+def test_what_was_written_before_is_written_again(run, tmp_path: Path) -> None:
+    (tmp_path / "s.exo").write_text(SPEC)
+    for _ in range(2):
+        done = run("graph", "s.exo", "--format", "dot", "--out", "s.dot", cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
