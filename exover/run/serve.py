@@ -39,6 +39,8 @@ class Client:
     """It sends no more."""
     overlong: bool = False
     """The rest of the line that comes is passed over: it is too long, and answered."""
+    stalled: bool = False
+    """Nothing more is read from it until it has read what waits for it."""
 
 
 @dataclass(slots=True)
@@ -134,7 +136,13 @@ class CheckerServer:
         self._watch(client)
 
     def _watch(self, client: Client) -> None:
-        reads = 0 if client.ended or len(client.going) > ENOUGH else selectors.EVENT_READ
+        stalled = len(client.going) > ENOUGH
+        if stalled and not client.stalled:
+            self.tell(
+                f"nothing more is read from client {client.number}: more than {ENOUGH >> 20} MiB of answers wait for it"
+            )
+        client.stalled = stalled
+        reads = 0 if client.ended or stalled else selectors.EVENT_READ
         wanted = reads | (selectors.EVENT_WRITE if client.going else 0)
         self._selector.modify(client.socket, wanted or selectors.EVENT_READ, client)
 
@@ -169,10 +177,12 @@ class CheckerServer:
                 return
             record = bytes(client.coming[_LENGTH.size : end])
             del client.coming[:end]
-            if record[:1] == bytes([LISTEN]):
-                client.listens = record[1:2] != b"\0"
-            else:
+            if record[:1] != bytes([LISTEN]):
                 yield self._codec.event(record)
+            elif record[1:2] in (b"\0", b"\1"):
+                client.listens = record[1:2] == b"\1"
+            else:
+                yield Invalid("bad-event", "1 is to listen, 0 is not to")
 
     def _lines(self, client: Client) -> Iterator[Event | Invalid]:
         while (end := client.coming.find(b"\n")) >= 0 or client.ended or len(client.coming) > MAX_LINE:
@@ -190,10 +200,12 @@ class CheckerServer:
         entries = read_object(line)
         if isinstance(entries, Invalid):
             return entries
-        if "listen" in entries and not entries.keys() & {"ask", "report", "observe", "abort"}:
-            client.listens = entries["listen"] is True
-            return None
-        return read_entries(self.model, entries)
+        if entries.keys() != {"listen"}:
+            return read_entries(self.model, entries)
+        if not isinstance(entries["listen"], bool):
+            return Invalid("bad-event", "`listen` is true or false")
+        client.listens = entries["listen"]
+        return None
 
     def _answer(self, asker: Client, event: Event | Invalid) -> None:
         """Take an event, and tell its answer to whoever raised it and to those that listen."""

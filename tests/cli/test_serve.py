@@ -7,6 +7,7 @@ import socket
 import struct
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from time import monotonic, sleep
@@ -284,6 +285,48 @@ def test_a_listener_that_does_not_read_is_let_go_and_nobody_waits_for_it(
         server.close()
         deaf.socket.close()
         busy.socket.close()
+
+
+def test_a_client_that_does_not_read_its_answers_is_read_no_more_and_that_is_told_once(
+    tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serve, "ENOUGH", 1 << 16)
+    said: list[str] = []
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(tmp_path / "sock"))
+        listener.listen()
+        listener.setblocking(False)
+        server = serve.CheckerServer(model, ReferenceEngine(model), listener, said.append)
+        deaf = Peer(tmp_path / "sock")
+        deaf.socket.setblocking(False)
+        sent = 0
+        for _ in range(2_000):
+            with suppress(BlockingIOError):
+                sent += deaf.socket.send(b'{"observe": "ok", "value": 9}\n' * 100)
+            server.turn(0)
+        assert 30 * server.steps < sent, "some of it was never read"
+        assert said == ["nothing more is read from client 1: more than 0 MiB of answers wait for it"]
+        server.close()
+        deaf.socket.close()
+
+
+@pytest.mark.parametrize(
+    "line", ['{"listen": 1}', '{"listen": "true"}', '{"listen": null}', '{"listen": true, "step": 1}']
+)
+def test_what_is_no_word_on_listening_is_answered(served: Served, line: str) -> None:
+    """Else a client would take it that it hears of kills."""
+    peer = served.peer()
+    peer.socket.sendall(f"{line}\n".encode())
+    answer = peer.hear()
+    assert (answer["step"], [each["invalid"] for each in answer["actions"]]) == (1, ["bad-event"])
+
+
+@pytest.mark.parametrize("record", [b"\5", b"\5\7"])
+def test_a_record_that_is_no_word_on_listening_is_answered(served: Served, record: bytes) -> None:
+    peer = served.peer(b"EXO1")
+    told = json.loads(peer.record())
+    peer.send(record)
+    assert [undetailed(each) for each in decoded(told, peer.record())[1]] == [{"invalid": "bad-event"}]
 
 
 def test_a_client_that_sends_in_pieces_is_understood(served: Served) -> None:
