@@ -18,6 +18,7 @@ from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable
 from exover.loop.claim import Verdict
+from exover.loop.tracked_predicates import property_conditions
 from exover.model.canonical import digest
 from exover.model.event import (
     Abort,
@@ -36,6 +37,7 @@ from exover.model.event import (
 )
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.reads import reads
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.packing import DamagedTable, decode
@@ -212,13 +214,14 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
     """Return what all checks say of a spec, in the runs that `properties` assume.
 
     Without `properties` the file is read that `exover check` finds, if the spec was loaded from a file and has one;
-    `ValueError` is raised if there are several. `NO_PROPERTIES` are none.
+    `ValueError` is raised if there are several, or if `properties` name what the spec has not. `NO_PROPERTIES` are
+    none.
 
     `timeout` in seconds: what has no answer by then is unknown, and `TimeoutError` is raised if not even the tables are
     made; only the main thread may give one. With a timeout or several `jobs`, answers are looked for in processes.
     """
     limits = NO_LIMITS if jobs == 1 and timeout is None else limits_from(monotonic(), jobs, timeout)
-    asked = _found(spec) if properties is None else properties
+    asked = _found(spec) if properties is None else _of_spec(properties, spec)
     try:
         with interrupted(limits):
             built = pipeline.build(spec.model)
@@ -281,6 +284,19 @@ def _found(spec: Spec) -> Properties:
     if len(files) > 1:
         raise ValueError(f"{spec.file} has {len(files)} properties files: {', '.join(files)}; say which one is meant")
     return load_properties(files[0], spec) if files else NO_PROPERTIES
+
+
+def _of_spec(properties: Properties, spec: Spec) -> Properties:
+    """Return properties that name nothing but what a spec has; `ValueError` if they are of another."""
+    model = spec.model
+    stocks = {name for name, each in model.resource.items() if each.consumable}
+    readings = {each.name for each in model.variables} | {each.name for each in model.latches}
+    known = {"used": model.resource, "level": stocks, "reading": readings}
+    read = {each for cond in property_conditions(properties) for each in reads(cond)}
+    foreign = sorted(each.name for each in read if each.name not in known.get(each.kind, model.request))
+    if foreign:
+        raise ValueError(f"these are not properties of {spec.name}, which has no {foreign[0]}")
+    return properties
 
 
 def _quiet(what: str) -> None:

@@ -127,6 +127,22 @@ def test_a_time_limit_leaves_unknown_what_has_no_answer() -> None:
         exover.check(spec, timeout=0.001)
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["never active(m.b)", "possible used(r) > 1", "always p", "always (asked(m.b) leads to late)", "never past(m.b)"],
+)
+def test_properties_of_another_spec_are_refused(tmp_path: Path, text: str) -> None:
+    other = exover.loads(
+        "spec s; poster p: bool = false; resource r: 3; module m { request a() { uses r 1; } request b(); }"
+        "latch late: when p until m.a;"
+    )
+    (tmp_path / "s.prop").write_text(f"for s; property q: {text};")
+    properties = exover.load_properties(tmp_path / "s.prop", other)
+    assert exover.check(other, properties).of("property")
+    with pytest.raises(ValueError, match="not properties of s, which has no "):
+        exover.check(exover.loads("spec s; module m { request a(); }"), properties)
+
+
 def test_answers_come_in_any_number_of_processes() -> None:
     spec = exover.loads(f"spec s; {MUTEX}")
     assert [finding.verdict for finding in exover.check(spec, jobs=2)] == [f.verdict for f in exover.check(spec)]

@@ -24,9 +24,20 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the page of a check or code, or why the event was answered so; refuse a run without it."""
     found = page(arguments.spec or "")
     if found:
+        _refuse_run(arguments)
         out(_told(found, arguments.format))
         return ExitStatus.OK
     return _finding(arguments) if arguments.finding else _events(arguments)
+
+
+def _refuse_run(arguments: argparse.Namespace) -> None:
+    """Raise `CliError` if a run is named besides a page: it is a check of a report that is meant."""
+    for option in ("finding", "events", "check", "subject", "step"):
+        if getattr(arguments, option) is not None:
+            name = arguments.spec
+            raise CliError(
+                f"{name} names a page, to which --{option} says nothing: in a report, --check {name} chooses"
+            )
 
 
 def _events(arguments: argparse.Namespace) -> ExitStatus:

@@ -126,6 +126,8 @@ def test_a_report_of_several_specs_will_do(run, spec, report):
         ((), "say which spec the events are for"),
         (("demo.exo", "--check", "safety"), "--check chooses in a report: say with --finding in which"),
         (("demo.exo", "--step", "1"), "--step chooses in a report"),
+        (("deadlock", "--finding", "no.json"), "deadlock names a page, to which --finding says nothing"),
+        (("E101", "--events", "no.jsonl"), "E101 names a page, to which --events says nothing"),
         (("--finding", "a.json", "--events", "e"), "--finding has the events of its run"),
         (("--finding", "none.json"), "cannot read none.json"),
         (("--finding", "demo.exo"), "cannot use demo.exo: it is not JSON"),
