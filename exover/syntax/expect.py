@@ -81,6 +81,8 @@ _SYNOPSES = {
 }
 """The longest form of each statement, with the parts that most texts leave out."""
 
+_ENDINGS = frozenset({"reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"})
+_ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
 _PARENTHESES = "parentheses group conditions, not terms"
 _LEADS = "it reads `always (CONDITION leads to CONDITION)`"
 _TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
@@ -157,8 +159,10 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
     if text == "leads" or (text == "lead" and "leads" not in expected):
         return _LEADS
+    if text == "leads_to":
+        return "write `leads to`, in two words"
     if text == "(" and before is not None:
-        return did_you_mean(before.text, _PREDICATES | _STEPS)
+        return _ENDED if before.text in _ENDINGS else did_you_mean(before.text, _PREDICATES | _STEPS)
     if "precedes" in expected and before is not None:
         return misspelt_form(before, expected)
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""

@@ -30,6 +30,7 @@ _STATEMENTS: Mapping[str, str] = {
         ("allow", "permit", "grant"), "whatever no rule forbids is allowed: write `forbid` and what must not be"
     ),
     **dict.fromkeys(("deny", "prevent", "disallow"), "write `forbid CONDITION;`"),
+    "consumable": "write `resource NAME: CAPACITY consumable = LEVEL;`",
 }
 _CLAUSES: Mapping[str, str] = {
     **dict.fromkeys(
@@ -114,6 +115,8 @@ def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> s
     """Return the advice in a list of requests."""
     if token.text == "with" and {",", ")"} <= expected:
         return "`with` asks of a single request: `active(MODULE.REQUEST) or active(MODULE.REQUEST with …)`"
+    if "over" in expected and token.text in RELATIONS:
+        return "write `mutex WINNER over LOSER;`"
     if ("with" in expected and token.text == "(") or ("," in expected and token.text in RELATIONS):
         return _WITH
     if token.text == "(" and before is not None and before.kind == NAME:
@@ -149,14 +152,20 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
     text = token.text
     pair = text + (following.text if following and following.start == token.end else "")
     previous = before.text if before else ""
-    if pair in ("=<", "=>"):
-        return "write `<=`" if pair == "=<" else "write `>=`, or `implies` between conditions"
+    if pair == "=>":
+        return "write `->`" if "->" in expected else "write `>=`, or `implies` between conditions"
+    if pair == "=<":
+        return "write `<=`"
+    if text == "then" and "by" not in expected:
+        return "write `implies` between conditions"
     if text == "=" and previous == "==":
         return "compare with `==`"
     if text == ">" and previous == "<":
         return "write `!=`"
     if text == "(" and previous == "in":
         return "a set is written `{a, b}`, a range `0 .. 9`"
+    if token.kind == STRING and previous == ":" and "never" in expected:
+        return 'the text stands before the `:`: `property NAME "TEXT": FORM;`'
     if token.kind == STRING and "self" in expected:
         return "an enum value is written without quotes"
     if token.kind == STRING:
