@@ -349,7 +349,7 @@ class Follower:
                     slot = self._known[name].slots[number]
                     assert slot
                     slot.stopping = True
-                    if counted and rule != "abort":
+                    if counted:
                         self._stops.setdefault((name, number), rule)
                 case Invalid():
                     self.figures.invalid += 1

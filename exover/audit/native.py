@@ -16,7 +16,7 @@ from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
-from exover.run.codec import OWN, Codec
+from exover.run.codec import ABORTED, OWN, Codec
 from exover.run.native import NativeFault, compile_with
 
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC", "-DEXOVER_SCRUB=0")
@@ -144,9 +144,8 @@ class NativeAuditor:
         for row in _ROW.iter_unpack(ctypes.string_at(self._rows, count * _ROW.size)):
             line, time, kind, request, instance, answer, rule, _ = row
             slot = None if instance in (-1, 0xFFFF) else instance
-            self._tell(
-                AuditRow(line, time, KINDS[kind], self._requests[request], slot, ANSWERS[answer], self._rule(rule))
-            )
+            why = "abort" if KINDS[kind] == "kept" and rule == ABORTED else self._rule(rule)
+            self._tell(AuditRow(line, time, KINDS[kind], self._requests[request], slot, ANSWERS[answer], why))
 
     def _rule(self, number: int) -> str | None:
         if number <= _INVALID:

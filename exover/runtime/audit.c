@@ -137,7 +137,7 @@ static void take(audit *a, size_t count, bool counted)
             r->denied = a->event;
         else if (said->kind == EXOVER_KILL) {
             s->stopping = true;
-            if (counted && reason >= 0 && s->noted != a->event) {
+            if (counted && (reason >= 0 || reason == EXOVER_ABORTED) && s->noted != a->event) {
                 s->noted = a->event;
                 a->stops[a->stop_count++] = (stop){(int32_t)said->request, (int32_t)said->slot, reason};
             }

@@ -109,6 +109,24 @@ def test_what_the_tables_stop_and_the_robot_does_not() -> None:
     ]
 
 
+@pytest.mark.parametrize("told", ("in the line", "behind it"))
+def test_an_abort_that_the_robot_does_not_follow(told: str) -> None:
+    """What somebody aborts is stopped, like what a rule stops; a kill among the actions shows that the robot did it."""
+    ignored = '"actions": []'
+    followed = '"actions": [{"kill": "slew.turn", "instance": 0, "rule": "abort"}]'
+
+    def line(event: str, actions: str) -> list[str]:
+        return [f'{{"event": {event}, {actions}}}'] if told == "in the line" else [event, f"{{{actions}}}"]
+
+    launch = ['{"ask": "slew.turn"}', '{"launch": "slew.turn"}']
+    abort = '{"abort": "slew.turn"}'
+    rows, counts = audit([*launch, *line(abort, ignored), *line(abort, ignored)])
+    assert rows == [(3 if told == "in the line" else 4, "kept", "slew.turn", 0, "none", "abort")]
+    assert counts == {"told": 2}
+    assert audit([*launch, *line(abort, followed), *line(abort, ignored)])[0] == []
+    assert audit([*launch, abort])[0] == []
+
+
 def test_what_the_robot_stops_and_the_tables_do_not() -> None:
     rows, counts = audit(
         [
