@@ -185,10 +185,12 @@ class _Reading:
         native = self._native
         if native is None or not reader.same:
             return self._all(sources.records(reader, file))
+
+        def odd(number: int, record: bytes, _: bytes) -> Noted:
+            return self._seen(number, reader.read(record))
+
         try:
-            sources.record_pieces(
-                file, lambda data: native.records(data, lambda number, record: self._seen(number, reader.read(record)))
-            )
+            sources.record_pieces(file, lambda data: native.records(data, odd))
         except NoMission as reason:
             self.found.mistake(native.place() + 1, str(reason))
         return ""
@@ -204,8 +206,8 @@ class _Reading:
             self.found.mistake(number + 1, str(reason))
         return ""
 
-    def _line(self, number: int, line: bytes) -> Noted | None:
-        return self._seen(number, read_line(self._job.model, line)) if line.strip() else None
+    def _line(self, number: int, line: bytes, behind: bytes) -> Noted | None:
+        return self._seen(number, read_line(self._job.model, line, behind)) if line.strip() else None
 
     def _noted(self, number: int, noted: Noted) -> None:
         self._take(number, self._seen(number, noted))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, TypeGuard
 
 from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
@@ -94,12 +94,24 @@ class Noted:
     time: float = math.nan
 
 
-def read_line(model: Model, line: bytes) -> Noted:
-    """Return what a line that is not blank says."""
+def read_line(model: Model, line: bytes, behind: bytes = b"") -> Noted:
+    """Return what a line that is not blank says; `behind` is the next such line, which may hold its actions."""
     entries = read_object(line)
     if isinstance(entries, Invalid):
         return Noted((Unread(entries),))
+    if behind and "actions" not in entries and _is_denied(_event_of(entries), behind):
+        return Noted((Void(),), _time(entries.get("time")))
     return read_noted(model, entries)
+
+
+def _is_denied(event: object, behind: bytes) -> bool:
+    """Return whether an event is a report or an abort that was none, as the actions in the next line say."""
+    if not _is_event(event) or not _ends(event):
+        return False
+    entries = read_object(behind)
+    if isinstance(entries, Invalid) or any(key in entries for key in ("event", *KINDS, *DEEDS, "lost")):
+        return False
+    return _is_void(event, entries.get("actions"))
 
 
 def read_noted(model: Model, entries: Json) -> Noted:
@@ -117,9 +129,9 @@ def _time(found: object) -> float:
 
 
 def _items(model: Model, entries: Json) -> Iterator[Item]:
-    event = entries.get("event") if "event" in entries else entries
-    if "event" in entries or any(kind in entries for kind in KINDS):
-        if not isinstance(event, dict) or not any(kind in event for kind in KINDS):
+    event = _event_of(entries)
+    if "event" in entries or _is_event(entries):
+        if not _is_event(event):
             yield Unread(Invalid("bad-event", "`event` is no event: none of ask, report, observe, abort is there"))
             return
         yield Void() if _is_void(event, entries.get("actions")) else read_recorded(model, event)
@@ -139,9 +151,21 @@ def _items(model: Model, entries: Json) -> Iterator[Item]:
         yield from _actions(model, entries["actions"])
 
 
+def _event_of(entries: Json) -> object:
+    return entries.get("event", entries)
+
+
+def _is_event(found: object) -> TypeGuard[Json]:
+    return isinstance(found, dict) and any(kind in found for kind in KINDS)
+
+
+def _ends(event: Json) -> bool:
+    return next(kind for kind in KINDS if kind in event) in ("report", "abort")
+
+
 def _is_void(event: Json, actions: object) -> bool:
     answered = isinstance(actions, list) and any(isinstance(each, dict) and "invalid" in each for each in actions)
-    return answered and next(kind for kind in KINDS if kind in event) in ("report", "abort")
+    return answered and _ends(event)
 
 
 def _actions(model: Model, found: object) -> Iterator[Item]:

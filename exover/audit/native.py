@@ -8,6 +8,7 @@ from pathlib import Path
 
 from exover.audit.binary import LENGTH, RecordWriter
 from exover.audit.mission import CODES, Noted
+from exover.audit.sources import line_behind
 from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, MissionFigures
 from exover.emit.c import runtime_file
 from exover.engines.compiler import NativeUnavailable, loaded
@@ -31,8 +32,8 @@ BATCH = 2000
 _ROW = struct.Struct("<Qd6i")
 _INVALID = -100
 
-Odd = Callable[[int, bytes], Noted | None]
-"""Reads a line, or record, that C does not read, by its number; None if it says nothing."""
+Odd = Callable[[int, bytes, bytes], Noted | None]
+"""Reads a line, or record, that C does not read, by its number, and of lines with the next; None if it says nothing."""
 
 
 def compile_library(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> bytes:
@@ -93,21 +94,22 @@ class NativeAuditor:
     def lines(self, data: bytes, last: bool, odd: Odd) -> int:
         """Take the lines of a piece that are whole; return how many bytes they have."""
         return self._pieces(
-            data, odd, lambda at, size, used: self._library.audit_lines(self._audit, at, size, last, used)
+            data, odd, lambda at, size, used: self._library.audit_lines(self._audit, at, size, last, used), last
         )
 
     def records(self, data: bytes, odd: Odd) -> int:
         """Take the records of a piece that are whole; return how many bytes they have."""
         call = self._library.audit_records
-        return self._pieces(data, odd, lambda at, size, used: call(self._audit, at, size, 0, used), binary=True)
+        return self._pieces(data, odd, lambda at, size, used: call(self._audit, at, size, 0, used))
 
     def _pieces(
         self,
         data: bytes,
         odd: Odd,
         call: Callable[[int, int, ctypes.c_size_t], int],
-        binary: bool = False,
+        last: bool | None = None,
     ) -> int:
+        """Take what is whole of a piece: of records, or, if it is said whether it is the last piece, of lines."""
         start = ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p).value
         assert start is not None
         used, at = ctypes.c_size_t(), 0
@@ -118,22 +120,33 @@ class NativeAuditor:
             if outcome == DONE:
                 return at
             if outcome == ODD:
-                at += self._odd(data, at, odd, binary)
+                size = self._odd_record(data, at, odd) if last is None else self._odd_line(data, at, odd, last)
+                if not size:
+                    return at
+                at += size
 
-    def _odd(self, data: bytes, at: int, odd: Odd, binary: bool) -> int:
-        """Take a line or record that C does not read; return how many bytes it has."""
+    def _odd_record(self, data: bytes, at: int, odd: Odd) -> int:
+        """Take a record that C does not read; return how many bytes it has."""
+        size = LENGTH.size + int(LENGTH.unpack_from(data, at)[0])
         number = self.place() + 1
-        if binary:
-            size = LENGTH.size + int(LENGTH.unpack_from(data, at)[0])
-            noted = odd(number, data[at + LENGTH.size : at + size])
-        else:
-            end = data.find(b"\n", at)
-            size = (len(data) if end < 0 else end + 1) - at
-            noted = odd(number, data[at : at + size])
+        self._handed_in(number, odd(number, data[at + LENGTH.size : at + size], b""), timed=False)
+        return size
+
+    def _odd_line(self, data: bytes, at: int, odd: Odd, last: bool) -> int:
+        """Take a line that C does not read; return how many bytes it has, 0 if the line behind it is not there yet."""
+        end = data.find(b"\n", at)
+        size = (len(data) if end < 0 else end + 1) - at
+        behind = line_behind(data, at + size, last)
+        if behind is None:
+            return 0
+        number = self.place() + 1
+        self._handed_in(number, odd(number, data[at : at + size], behind), timed=True)
+        return size
+
+    def _handed_in(self, number: int, noted: Noted | None, timed: bool) -> None:
         self._library.audit_at(self._audit, number)
         if noted is not None:
-            self.take(number, noted, timed=not binary)
-        return size
+            self.take(number, noted, timed)
 
     # ---- what is found ----
 

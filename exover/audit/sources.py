@@ -8,7 +8,7 @@ from typing import BinaryIO
 from exover.audit.binary import MAGIC, NoMission, RecordReader, refuse_overlong, split
 from exover.audit.mission import Noted, read_line
 from exover.model.model import Model
-from exover.model.wire import TOO_LONG
+from exover.model.wire import MAX_LINE, TOO_LONG
 from exover.run.simulate import lines_of
 
 LINES = (".jsonl", ".json", ".ndjson", ".log")
@@ -45,9 +45,35 @@ def has_records(path: str, file: BufferedReader) -> bool:
 
 def whole_lines(model: Model, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
     """Yield what the lines say that are not blank, with their numbers."""
+    held: tuple[int, bytes] | None = None
+    distance = 0
     for number, line in enumerate(lines_of(file), 1):
+        distance += len(line)
         if line.strip():
-            yield number, read_line(model, line)
+            if held:
+                yield held[0], read_line(model, held[1], line if distance <= MAX_LINE else b"")
+            held, distance = (number, line), 0
+    if held:
+        yield held[0], read_line(model, held[1])
+
+
+def line_behind(data: bytes, start: int, last: bool) -> bytes | None:
+    """Return the first line from a place on that is not blank, if it ends within the length of a line; else nothing.
+
+    None: that is not known before more was read.
+    """
+    end = min(len(data), start + MAX_LINE)
+    last = last and end == len(data)
+    at = start
+    while at < end:
+        newline = data.find(b"\n", at, end)
+        if newline < 0 and not last:
+            break
+        line = data[at : end if newline < 0 else newline]
+        if line.strip():
+            return line
+        at += len(line) + 1
+    return b"" if last or end == start + MAX_LINE else None
 
 
 def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callable[[bytes], None]) -> None:

@@ -623,7 +623,8 @@ int audit_records(audit *a, const unsigned char *data, size_t size, int trusted,
 
 #include "audit_lines.h"
 
-/* Take the lines that are whole; the last may lack its end if it is the `last` piece. Returns and `used` as for records. */
+/* Take the lines that are whole; the last may lack its end if it is the `last` piece. Returns and `used` as for records. A report
+ * or an abort without actions is taken when the line behind it is there, which may say that it was none. */
 int audit_lines(audit *a, const char *data, size_t size, int last, size_t *used)
 {
     size_t at = 0, taken;
@@ -635,9 +636,16 @@ int audit_lines(audit *a, const char *data, size_t size, int last, size_t *used)
         if (!has_room(a))
             return FULL;
         const size_t length = newline == NULL ? size - at : (size_t)(newline - data) - at;
-        const long bytes = length >= MOST_LINE ? -1 : audit_line(a, data + at, length, a->scratch, ROOM);
+        long bytes = length >= MOST_LINE ? -1 : audit_line(a, data + at, length, a->scratch, ROOM);
         if (bytes < 0)
             return ODD;
+        if (is_bare_end(a->scratch, bytes)) {
+            const size_t next = at + length + (newline != NULL);
+            const int answer = answer_behind(data + next, size - next, last != 0);
+            if (answer < 0)
+                return answer == CUT ? DONE : ODD;
+            bytes = answer ? make_void(a->scratch) : bytes;
+        }
         a->line++;
         (void)audit_records(a, a->scratch, (size_t)bytes, 1, &taken);
         at += length + (newline != NULL);

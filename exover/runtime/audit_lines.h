@@ -552,30 +552,39 @@ static bool ends(const object *o)
     return !has(o, K_ASK) && (has(o, K_REPORT) || (!has(o, K_OBSERVE) && has(o, K_ABORT)));
 }
 
-/* Whether one of the actions says that the event was none. */
-static bool say_invalid(text t)
+/* Whether one of the actions says that the event was none: 1 or 0; if they are odd, -1. */
+static int say_invalid(text t)
 {
     text value;
     bool first = true;
+    int said = 0;
     if (!takes(&t, '['))
-        return false;
+        return -1;
     for (int more = 1; more == 1; more = behind_part(&t, ']')) {
         object action;
-        if (next_part(&t, &first, ']', NULL, &value) <= 0)
+        const int found = next_part(&t, &first, ']', NULL, &value);
+        if (found == 0)
             break;
-        if (read_object(&value, &action) && has(&action, K_INVALID))
-            return true;
+        if (found < 0 || !read_object(&value, &action))
+            return -1;
+        said = said || has(&action, K_INVALID);
     }
-    return false;
+    return said;
 }
 
 /* Write the event of a line, or that it was none: a report or an abort that is answered so. */
 static bool write_answered(const audit *a, const object *line, const object *event, out *to)
 {
-    if (!has(line, K_ACTIONS) || !ends(event) || !say_invalid(line->of[K_ACTIONS]))
-        return write_event(a, event, to);
+    const int said = has(line, K_ACTIONS) && ends(event) ? say_invalid(line->of[K_ACTIONS]) : 0;
+    if (said <= 0)
+        return said == 0 && write_event(a, event, to);
     unsigned char *from = open_record(to, VOID);
     return from != NULL && close_record(to, from);
+}
+
+static bool is_deed(const object *o)
+{
+    return has(o, K_LAUNCH) || has(o, K_KILL) || has(o, K_WAIT) || has(o, K_REJECT);
 }
 
 static bool write_line(const audit *a, const object *o, out *to)
@@ -588,7 +597,7 @@ static bool write_line(const audit *a, const object *o, out *to)
     } else if (is_event(o)) {
         if (!write_answered(a, o, o, to))
             return false;
-    } else if (has(o, K_LAUNCH) || has(o, K_KILL) || has(o, K_WAIT) || has(o, K_REJECT)) {
+    } else if (is_deed(o)) {
         return write_deed(a, o, to);
     } else if (has(o, K_LOST)) {
         return false;
@@ -619,6 +628,62 @@ long audit_line(const audit *a, const char *line, size_t size, unsigned char *re
     memcpy(to.at, &time, 8);
     to.at += 8;
     return close_record(&to, from) && write_line(a, &o, &to) ? (long)(to.at - records) : -1;
+}
+
+/* ---- actions in the line behind ---- */
+
+enum { FIRST = 4 + 9, CUT = -2 }; /* FIRST: the bytes of the record of the time, which every line begins with */
+
+/* Whether the records of a line are a report or an abort and nothing else, so that its actions may stand in the next line. */
+static bool is_bare_end(const unsigned char *records, long bytes)
+{
+    if (bytes < FIRST + 5)
+        return false;
+    const int kind = records[FIRST + 4];
+    return FIRST + 4 + (long)length_at(records + FIRST) == bytes && (kind == REPORT || kind == ABORT || kind == ABORT_WAITING);
+}
+
+/* Make of the event of a line one that was none; returns how many bytes its records have. */
+static long make_void(unsigned char *records)
+{
+    out to = {records + FIRST, records + FIRST + 24};
+    unsigned char *from = open_record(&to, VOID);
+    (void)close_record(&to, from);
+    return (long)(to.at - records);
+}
+
+/* Whether a line is one of actions that say that the event before was none: 1 or 0; if it is odd, -1. */
+static int denies(text line)
+{
+    object o;
+    if (!read_object(&line, &o))
+        return -1;
+    skip_blanks(&line);
+    if (line.at != line.end)
+        return -1;
+    if (has(&o, K_EVENT) || is_event(&o) || is_deed(&o) || has(&o, K_LOST) || !has(&o, K_ACTIONS))
+        return 0;
+    return say_invalid(o.of[K_ACTIONS]);
+}
+
+/* What the first line that is not blank says of the event before, as `denies`; 0 if none ends within MOST_LINE bytes, CUT if more must
+ * be read for that. */
+static int answer_behind(const char *data, size_t size, bool last)
+{
+    const bool all = size <= MOST_LINE;
+    text rest = {data, data + (all ? size : MOST_LINE)};
+    last = last && all;
+    while (rest.at < rest.end) {
+        const char *newline = memchr(rest.at, '\n', (size_t)(rest.end - rest.at));
+        if (newline == NULL && !last)
+            break;
+        text line = {rest.at, newline == NULL ? rest.end : newline};
+        rest.at = newline == NULL ? rest.end : newline + 1;
+        skip_blanks(&line);
+        if (line.at != line.end)
+            return denies(line);
+    }
+    return last || size >= MOST_LINE ? 0 : CUT;
 }
 
 #endif

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -13,11 +14,14 @@ from exover.audit.checkers import ReferenceChecker, TableChecker
 from exover.audit.follow import AuditChecker, Follower
 from exover.audit.mission import read_line
 from exover.audit.native import FLAGS, NativeAuditor, compile_library
+from exover.audit.sources import whole_lines
 from exover.audit.trail import AuditRow, MissionFigures
 from exover.engines.compiler import NativeUnavailable, find_compiler
 from exover.model.model import Model
+from exover.model.wire import answer_line
 from exover.ocrd.tables import Tables
 from exover.pipeline import build, load
+from exover.run.simulate import ReferenceEngine, answers
 from exover.source import Source
 from tests.support.events import Stream
 
@@ -69,9 +73,8 @@ def by_python(text: str, lines: Iterable[bytes], make: Callable[[Model, Tables],
     model, tables = built(text)
     rows: list[AuditRow] = []
     follower = Follower(model, make(model, tables), rows.append, wants_asks=True)
-    for number, line in enumerate(lines, 1):
-        if line.strip():
-            follower.take(number, read_line(model, line))
+    for number, noted in whole_lines(model, BytesIO(b"\n".join(lines))):
+        follower.take(number, noted)
     return rows, follower.figures.plain()
 
 
@@ -93,7 +96,7 @@ def by_c(text: str, lines: Iterable[bytes]) -> Audited:
     try:
         auditor.start(rows.append, wants_asks=True)
         data = b"\n".join(lines)
-        taken = auditor.lines(data, True, lambda _, line: read_line(model, line) if line.strip() else None)
+        taken = auditor.lines(data, True, lambda _, *line: read_line(model, *line) if line[0].strip() else None)
         assert taken == len(data)
         return rows, auditor.figures()
     finally:
@@ -108,6 +111,27 @@ def told(text: str, seed: int, length: int) -> list[bytes]:
         decision = {"time": 1700000000.5 + number, "event": json.loads(line), "actions": json.loads(answer)["actions"]}
         found.append(json.dumps(decision).encode())
     return found
+
+
+def simulated(text: str, seed: int, length: int) -> list[tuple[bytes, bytes]]:
+    """Return events, many of them reports and aborts of what is not active, with the answers of `exover simulate`."""
+    model, _ = built(text)
+    random = Random(seed)
+    lines: list[str] = []
+    for line in Stream(model, seed).lines(length):
+        lines.append(line)
+        request = random.choice(model.requests)
+        slot = {"instance": random.randrange(request.instances)}
+        ends = ({"outcome": "interrupted"}, {"outcome": random.choice(("failed", "ok", "none"))})
+        stray = {"report": request.name, **slot, **random.choice(ends)}
+        strays = (stray, {"abort": request.name, **slot}, {"abort": request.name, "waiting": True})
+        if random.randrange(2):
+            lines.append(json.dumps(random.choice(strays)))
+    found = answers(model, ReferenceEngine(model), lines)
+    return [
+        (line.encode(), answer_line(model, step, actions).encode())
+        for step, (line, (_event, actions)) in enumerate(zip(lines, found, strict=True), 1)
+    ]
 
 
 def mixed(text: str, seed: int, length: int) -> list[bytes]:

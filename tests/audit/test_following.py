@@ -193,6 +193,35 @@ def test_the_log_of_a_gate_does_not_diverge_from_its_own_spec(seed: int) -> None
         assert figures.told and not figures.followed
 
 
+@pytest.mark.parametrize("event", ('{"report": "slew.turn", "outcome": "ok"}', '{"abort": "slew.turn"}'))
+@pytest.mark.parametrize("blank", ([], ["", " "]))
+@pytest.mark.parametrize("detail", ("idle", r"\"idle\""))
+def test_a_report_or_an_abort_that_the_record_answers_as_invalid(event: str, blank: list[str], detail: str) -> None:
+    actions = f'"actions": [{{"invalid": "not-active", "detail": "{detail}"}}]'
+    inside = audit([f"{event[:-1]}, {actions}}}"])
+    assert inside == ([], {"passed": 1, "told": 1})
+    assert audit([event, *blank, f'{{"step": 1, {actions}}}']) == inside
+    assert audit([event.replace("t", r"\u0074"), *blank, f'{{"step": 1, {actions}}}']) == inside
+    for other in ('{"lost": 1}', '{"launch": "slew.park"}', '{"ask": "slew.park"}', '{"step": 1, "actions": []}'):
+        rows, counts = audit([event, other, f"{{{actions}}}"])
+        ran = any(row[1] == "ran" for row in rows)
+        assert ran == event.startswith('{"report"') and ran != bool(counts.get("invalid")), other
+
+
+@pytest.mark.parametrize("name", (None, "specs/rover.exo", "tests/specs/lab_automation.exo"))
+def test_the_answers_of_a_simulation_do_not_diverge_wherever_they_stand(name: str | None) -> None:
+    text = (ROOT / name).read_text(encoding="utf-8") if name else CRANE
+    for seed in range(2 if name else 6):
+        pairs = missions.simulated(text, seed, 150)
+        inside = [b'{"event": %s, %s' % (event, answer[1:]) for event, answer in pairs if b"NaN" not in event]
+        between = [line for pair in pairs for line in pair if b"NaN" not in pair[0]]
+        assert sum(b'"invalid"' in line for line in between) > 40
+        for engine in ENGINES:
+            rows, figures = engine(text, between)
+            assert not figures.diverged, [row for row in rows if row.kind != "ask"][:3]
+            assert figures == engine(text, inside)[1]
+
+
 @pytest.mark.parametrize("old", (LOOSE, FREE))
 @pytest.mark.parametrize("make", (missions.told, missions.mixed))
 def test_the_engines_agree_on_missions_under_other_rules(old: str, make: object) -> None:

@@ -4,16 +4,18 @@ import json
 import struct
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
+from exover.audit import sources
 from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.binary import LENGTH, MissionWriter, RecordReader
 from exover.audit.mission import LaunchDeed, LostLines, Unread, Void, read_line
 from exover.audit.result import MissionResult
 from exover.model.event import Ask
 from exover.model.wire import MAX_LINE
-from tests.audit.missions import CRANE, FREE, LOOSE, built, library, mixed, told, write
+from tests.audit.missions import CRANE, FREE, LOOSE, built, library, mixed, simulated, told, write
 
 OTHER = FREE.replace("poster wind", "enum zone { near, far } poster place: zone = near; poster wind").replace(
     "request lift(load: real in 0 .. 12)", "request fly(); request lift(way: zone, load: real in 0 .. 12)"
@@ -234,3 +236,23 @@ def test_what_has_no_record_is_not_written(tmp_path: Path) -> None:
         writer.write(LaunchDeed("slew.turn", 0, ()))
         with pytest.raises(ValueError, match="LostLines has no record"):
             writer.write(LostLines(1))
+
+
+@pytest.mark.parametrize("piece", (1, 7, 100))
+def test_an_answer_may_stand_in_the_next_piece(tmp_path: Path, auditor: MissionAuditor, piece: int) -> None:
+    lines = [line for pair in simulated(CRANE, 5, 60) for line in pair]
+    path = str(write(tmp_path, "m.jsonl", lines))
+    whole = auditor.audit(path, "m")
+    with patch.object(sources, "PIECE", piece):
+        found = auditor.audit(path, "m")
+    assert not found.rows and found.figures.passed and found.figures == whole.figures
+    assert found.mistakes == whole.mistakes
+
+
+def test_an_answer_that_is_too_far_away_is_about_no_event_before(tmp_path: Path, auditor: MissionAuditor) -> None:
+    lines = [b'{"report": "slew.turn", "outcome": "ok"}', b" " * 1000, b'{"actions": [{"invalid": "not-active"}]}']
+    assert not auditor.audit(str(write(tmp_path, "near.jsonl", lines)), "m").rows
+    far = [lines[0], *([lines[1]] * 1100), lines[2]]
+    assert [row.line for row in auditor.audit(str(write(tmp_path, "far.jsonl", far)), "m").rows] == [1]
+    long = [lines[0], b'{"actions": [{"invalid": "not-active"}], "more": "' + b"x" * (1 << 20) + b'"}', lines[2]]
+    assert [row.line for row in auditor.audit(str(write(tmp_path, "long.jsonl", long)), "m").rows] == [1]
