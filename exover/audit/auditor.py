@@ -214,6 +214,8 @@ class _Reading:
 
     def _seen(self, number: int, noted: Noted) -> Noted:
         """Keep what is wrong with a line."""
+        if noted.fault:
+            self.found.mistake(number, f"{noted.fault.code}: {noted.fault.detail}")
         for item in noted.items:
             if isinstance(item, Unread) and item.foreign:
                 self.found.mistake(number, f"{item.fault.code}: {item.fault.detail}")

@@ -20,6 +20,7 @@ from exover.audit.mission import (
     WaitDeed,
     read_noted,
     read_recorded,
+    read_time,
 )
 from exover.model.event import ENDINGS, Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.index import ModelIndex
@@ -183,7 +184,7 @@ class RecordReader:
         try:
             noted = self._read(record)
             self._time = self._time if noted.items else noted.time
-            return Noted(noted.items, self._time)
+            return Noted(noted.items, self._time, noted.fault)
         except struct.error:
             return Noted((Unread(Invalid("bad-event", f"the record of {len(record)} bytes is too short")),))
 
@@ -194,7 +195,8 @@ class RecordReader:
         if kind == TOLD:
             return Noted((ToldMark(),))
         if kind == TIME:
-            return Noted((), struct.unpack_from("<xd", record)[0] + 0.0)
+            (time,) = struct.unpack_from("<xd", record)
+            return Noted(()) if math.isnan(time) else Noted((), *read_time(time))
         if kind not in (0, 1, 2, 3, 4, LAUNCH, KILL, WAIT, REJECT):
             return Noted((Unread(Invalid("bad-event", f"there is no kind {kind} of record")),))
         number = struct.unpack_from("<xH", record)[0]

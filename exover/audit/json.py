@@ -1,4 +1,4 @@
-"""An audit as JSON; what `exover report --audit` shows."""
+"""An audit as JSON; what `exover report --audit` reads and shows."""
 
 import json
 import math
@@ -13,7 +13,7 @@ from exover.model.wire import Json, escaped, number
 
 def render(audit: Audit) -> str:
     """Return an audit as one object with a final newline."""
-    return escaped(json.dumps(document(audit), ensure_ascii=False, indent=1)) + "\n"
+    return escaped(json.dumps(document(audit), ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
 
 
 def document(audit: Audit) -> Json:
@@ -69,3 +69,77 @@ def _row(model: Model, row: AuditRow) -> Json:
     if row.answer != "none":
         found["answer"] = row.answer
     return found | ({"rule": row.rule} if row.rule else {}) | {"text": row_text(model, row)}
+
+
+# ---- read again ----
+
+_ASKS = {"*": dict.fromkeys(ANSWERS[:4], int)}
+_MISSION = {
+    "mission": str,
+    "events": int,
+    "diverged": {"*": int},
+    "divergences": [{"line": int, "text": str}],
+    "mistakes": [{"line": int, "text": str}],
+    "mistake_count": int,
+    "notes": [str],
+}
+_MISSED = {"mission": str, "error": str}
+_AUDIT = {
+    "tool": str,
+    "audit": str,
+    "sha256": str,
+    "outcome": str,
+    "missions": [],
+    "total": {"asks": _ASKS, "rules": {"*": int}},
+}
+"""What a page reads: objects by key (`*`: any), lists by what each element is, `int` for a count."""
+_MOST = 1 << 64
+
+
+class NoAudit(Exception):
+    """A text is no audit."""
+
+
+def read(text: str) -> Json:
+    """Return what a page shows of a rendered audit; raises `ValueError` if it is no JSON, `NoAudit` if it is none."""
+    try:
+        found = json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_count)
+    except RecursionError as error:
+        raise NoAudit from error
+    audit: Json = _part(found, _AUDIT)
+    if audit["tool"] != "exover":
+        raise NoAudit
+    return audit | {"missions": [_mission_of(each) for each in audit["missions"]]}
+
+
+def _mission_of(found: object) -> Json:
+    missed = isinstance(found, dict) and found.get("error")
+    mission: Json = _part(found, _MISSED if missed else _MISSION)
+    return mission
+
+
+def _finite(text: str) -> float:
+    if not math.isfinite(float(text)):
+        raise ValueError(f"{text} is no number")
+    return float(text)
+
+
+def _count(digits: str) -> int:
+    return int(digits) if len(digits) <= len(str(_MOST)) else _MOST
+
+
+def _part(found: object, shape: object) -> Any:
+    """Return of a value what its shape has; raises `NoAudit` if it is of another."""
+    match shape:
+        case dict() if isinstance(found, dict):
+            if "*" in shape:
+                return {key: _part(each, shape["*"]) for key, each in found.items()}
+            if shape.keys() <= found.keys():
+                return {key: _part(found[key], each) for key, each in shape.items()}
+        case list() if isinstance(found, list):
+            return [_part(each, shape[0]) if shape else each for each in found]
+        case type() if type(found) is shape and (not isinstance(found, int) or 0 <= found < _MOST):
+            return found
+        case _:
+            pass
+    raise NoAudit

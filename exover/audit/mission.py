@@ -88,10 +88,11 @@ Item = Event | Deed | ToldMark | LostLines | Void | Unread
 
 @dataclass(frozen=True, slots=True)
 class Noted:
-    """What a line says, in its order, and when it was written; NaN if it does not say."""
+    """What a line says, in its order, and when it was written: NaN if that is not said, or is at `fault`."""
 
     items: tuple[Item, ...]
     time: float = math.nan
+    fault: Invalid | None = None
 
 
 def read_line(model: Model, line: bytes, behind: bytes = b"") -> Noted:
@@ -100,7 +101,7 @@ def read_line(model: Model, line: bytes, behind: bytes = b"") -> Noted:
     if isinstance(entries, Invalid):
         return Noted((Unread(entries),))
     if behind and "actions" not in entries and _is_denied(_event_of(entries), behind):
-        return Noted((Void(),), _time(entries.get("time")))
+        return Noted((Void(),), *read_time(entries.get("time")))
     return read_noted(model, entries)
 
 
@@ -116,16 +117,20 @@ def _is_denied(event: object, behind: bytes) -> bool:
 
 def read_noted(model: Model, entries: Json) -> Noted:
     """Return what the object of a line says."""
-    return Noted(tuple(_items(model, entries)), _time(entries.get("time")))
+    return Noted(tuple(_items(model, entries)), *read_time(entries.get("time")))
 
 
-def _time(found: object) -> float:
+def read_time(found: object) -> tuple[float, Invalid | None]:
+    """Return a time in seconds, NaN if it is none, and what is wrong with it: it is a number, and not finite."""
     if isinstance(found, bool) or not hasattr(found, "__float__"):
-        return math.nan
+        return math.nan, None
     try:
-        return float(found) + 0.0
+        time = float(found) + 0.0
     except OverflowError:
-        return math.nan
+        time = math.inf
+    if math.isfinite(time):
+        return time, None
+    return math.nan, Invalid("out-of-range", "`time` is no finite number of seconds")
 
 
 def _items(model: Model, entries: Json) -> Iterator[Item]:

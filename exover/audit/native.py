@@ -129,7 +129,8 @@ class NativeAuditor:
         """Take a record that C does not read; return how many bytes it has."""
         size = LENGTH.size + int(LENGTH.unpack_from(data, at)[0])
         number = self.place() + 1
-        self._handed_in(number, odd(number, data[at + LENGTH.size : at + size], b""), timed=False)
+        noted = odd(number, data[at + LENGTH.size : at + size], b"")
+        self._handed_in(number, noted, timed=noted is not None and not noted.items)
         return size
 
     def _odd_line(self, data: bytes, at: int, odd: Odd, last: bool) -> int:

@@ -1,6 +1,5 @@
 """Missions as Parquet tables (docs/audit.md, "Tables"; extra `exover[audit]`)."""
 
-import math
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
@@ -9,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from exover.audit.binary import NoMission
-from exover.audit.mission import DEEDS, KINDS, Noted, Unread, read_noted
+from exover.audit.mission import DEEDS, KINDS, Noted, Unread, read_noted, read_time
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.wire import Json, read_object
@@ -45,8 +44,7 @@ def _noted(model: Model, row: Mapping[str, Any]) -> Noted:
         if name in ("kind", "name", "time") or found is None:
             continue
         entries[name] = _json(found) if name in VALUES else found
-    noted = read_noted(model, entries)
-    return Noted(noted.items, _seconds(row.get("time")))
+    return Noted(read_noted(model, entries).items, *_seconds(row.get("time")))
 
 
 def _json(found: Any) -> Any:
@@ -70,7 +68,7 @@ def _there(found: Any) -> Any:
             return found
 
 
-def _seconds(found: Any) -> float:
+def _seconds(found: Any) -> tuple[float, Invalid | None]:
     if isinstance(found, datetime):
-        return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
-    return float(found) if isinstance(found, int | float) and not isinstance(found, bool) else math.nan
+        return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp(), None
+    return read_time(found)

@@ -65,7 +65,8 @@ def asset(name: str) -> str:
 
 def embedded(document: Mapping[str, Any]) -> str:
     """Return an object as JSON that can stand in an element of HTML: no text of it begins a tag or a comment."""
-    return escaped(json.dumps(document, ensure_ascii=False, separators=(",", ":"))).replace("<", "\\u003c")
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return escaped(text).replace("<", "\\u003c")
 
 
 def _policy(scripts: list[str], style: str, allowed: str, loads: str) -> str:

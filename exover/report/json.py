@@ -19,7 +19,7 @@ def render(summary: Summary, timings: bool = False) -> str:
 
 def written(report: dict[str, Any]) -> str:
     """Return an object as text with a final newline."""
-    return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
+    return escaped(json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
 
 
 def document(summary: Summary, timings: bool) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def render(summary: Summary, timings: bool = False) -> str:
 def written(runs: list[dict[str, Any]]) -> str:
     """Return a log of these runs as text with a final newline."""
     log = {"$schema": SCHEMA, "version": "2.1.0", "runs": runs}
-    return escaped(json.dumps(log, ensure_ascii=False, indent=1)) + "\n"
+    return escaped(json.dumps(log, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
 
 
 def run_that_failed(unchecked: Unchecked) -> dict[str, Any]:

@@ -548,6 +548,13 @@ static bool all_in_domain(const param *p, int32_t count, const unsigned char *at
     return true;
 }
 
+static bool is_time(const unsigned char *at)
+{
+    double time;
+    memcpy(&time, at, 8);
+    return !isinf(time); /* NaN: it is not known */
+}
+
 /* Whether a record of a file is one exactly. */
 static bool is_exact(const audit *a, const unsigned char *at, size_t size)
 {
@@ -556,7 +563,7 @@ static bool is_exact(const audit *a, const unsigned char *at, size_t size)
     if (at[0] == TOLD)
         return true;
     if (at[0] == TIME)
-        return size >= 9;
+        return size >= 9 && is_time(at + 1);
     if (size < 3)
         return false;
     const uint32_t number = two(at + 1);

@@ -13,7 +13,7 @@ from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.binary import LENGTH, MissionWriter, RecordReader
 from exover.audit.mission import LaunchDeed, LostLines, Unread, Void, read_line
 from exover.audit.result import MissionResult
-from exover.model.event import Ask
+from exover.model.event import Ask, Observe
 from exover.model.wire import MAX_LINE
 from tests.audit.missions import CRANE, FREE, LOOSE, built, library, mixed, simulated, told, write
 
@@ -256,3 +256,17 @@ def test_an_answer_that_is_too_far_away_is_about_no_event_before(tmp_path: Path,
     assert [row.line for row in auditor.audit(str(write(tmp_path, "far.jsonl", far)), "m").rows] == [1]
     long = [lines[0], b'{"actions": [{"invalid": "not-active"}], "more": "' + b"x" * (1 << 20) + b'"}', lines[2]]
     assert [row.line for row in auditor.audit(str(write(tmp_path, "long.jsonl", long)), "m").rows] == [1]
+
+
+def test_the_time_of_a_record_is_finite_or_not_known(tmp_path: Path, auditor: MissionAuditor) -> None:
+    path = tmp_path / "m.exor"
+    with path.open("wb") as file:
+        writer = MissionWriter(built(CRANE)[0], file)
+        for time in (5.0, float("inf"), 6.0, float("nan")):
+            writer.at(time)
+            writer.write(LaunchDeed("hoist.lift", 0, (11.0,)))
+            writer.write(Observe("wind", 30))
+    found = auditor.audit(str(path), "m")
+    said = "out-of-range: `time` is no finite number of seconds"
+    assert [(each.line, each.text) for each in found.mistakes] == [(4, said)]
+    assert [str(row.time) for row in found.rows] == ["nan", "6.0", "nan"]  # the first launch was before the wind

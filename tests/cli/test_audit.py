@@ -11,8 +11,9 @@ import pytest
 
 from exover.audit import native
 from exover.engines.compiler import NativeUnavailable
+from exover.model.canonical import digest
 from exover.model.wire import Json
-from tests.audit.missions import CRANE, LOOSE, QUICKLY, told
+from tests.audit.missions import CRANE, LOOSE, QUICKLY, built, told
 from tests.support.command import Run
 
 LINES = (
@@ -210,25 +211,90 @@ def test_the_page_holds_an_audit(run: Run) -> None:
     assert '"audit":{"tool":"exover"' in page and "the tables let it wait [one]" in page
 
 
+DIVERGENCE = {"line": 3, "text": "launched"}
+MISSION = {"mission": "m", "events": 3, "diverged": {"launched": 1}, "divergences": [DIVERGENCE], "mistakes": []}
+AUDIT = {
+    "tool": "exover",
+    "audit": "crane",
+    "sha256": digest(built(CRANE)[0]).hex(),
+    "outcome": "",
+    "missions": [{**MISSION, "mistake_count": 0, "notes": []}, {"mission": "n", "error": "it is none"}],
+    "total": {"asks": {"slew.turn": {"launch": 1, "wait": 0, "reject": 0, "invalid": 0}}, "rules": {"one": 1}},
+}
+NO_JSON = "audit.json is no JSON: print the audit with --format json"
+NO_AUDIT = "audit.json is no audit: print one with `exover audit --format json`"
+
+
+def audit_with(**other: object) -> str:
+    """Return the text of an audit of two missions in which something is another."""
+    return json.dumps({**AUDIT, **other})
+
+
+def mission_with(**other: object) -> str:
+    return audit_with(missions=[{**MISSION, "mistake_count": 0, "notes": [], **other}])
+
+
 @pytest.mark.parametrize(
     ("content", "reason"),
     (
-        ("{", "audit.json is no JSON: print the audit with --format json"),
-        ("[]", "audit.json is no audit: print one with `exover audit --format json`"),
-        (
-            '{"tool": "exover", "audit": "crane", "outcome": "", "missions": [1], "total": {"asks": {}, "rules": {}}}',
-            "no audit",
-        ),
-        (
-            '{"tool": "exover", "audit": "x", "outcome": "", "missions": [], "total": {"asks": {}, "rules": {}}}',
-            "by the spec x",
-        ),
+        ("{", NO_JSON),
+        ("[" * 100_000, NO_AUDIT),
+        (audit_with(time=float("inf")), NO_JSON),
+        (audit_with(time=float("nan")), NO_JSON),
+        (audit_with(time=7).replace("7", "1e999"), NO_JSON),
+        ("[]", NO_AUDIT),
+        (audit_with(tool="other"), NO_AUDIT),
+        (audit_with(sha256=None), NO_AUDIT),
+        (audit_with(missions=[1]), NO_AUDIT),
+        (audit_with(missions={}), NO_AUDIT),
+        (audit_with(total={"asks": {}, "rules": 5}), NO_AUDIT),
+        (audit_with(total={"asks": [], "rules": {}}), NO_AUDIT),
+        (audit_with(total={"asks": {"a": {"launch": 1}}, "rules": {}}), NO_AUDIT),
+        (audit_with(total={"asks": {}, "rules": {"one": None}}), NO_AUDIT),
+        (audit_with(missions=[{"mission": "m"}]), NO_AUDIT),
+        (audit_with(missions=[{"mission": "m", "error": 3}]), NO_AUDIT),
+        (audit_with(missions=[{"mission": "m", "error": ""}]), NO_AUDIT),
+        (mission_with(events=-1), NO_AUDIT),
+        (mission_with(events=1.5), NO_AUDIT),
+        (mission_with(events=True), NO_AUDIT),
+        (mission_with(events=777).replace("777", "9" * 5000), NO_AUDIT),
+        (mission_with(diverged={"launched": "many"}), NO_AUDIT),
+        (mission_with(divergences=[{"text": "launched"}]), NO_AUDIT),
+        (mission_with(divergences={}), NO_AUDIT),
+        (mission_with(mistakes=None), NO_AUDIT),
+        (mission_with(notes=[3]), NO_AUDIT),
+        (audit_with(audit="x"), "audit.json is an audit by the spec x, not crane"),
     ),
 )
 def test_what_is_no_audit(run: Run, content: str, reason: str) -> None:
-    (run.folder / "audit.json").write_text(content, encoding="utf-8")
-    done = run(
-        "report", "crane.exo", "--out", "report.html", "--audit", "audit.json", "--only", "tables", "--jobs", "1"
-    )
-    assert done.returncode == 2 and reason in done.stderr
+    assert shown_with(run, content) == (2, f"exover: error: {reason}\n")
     assert not (run.folder / "report.html").exists()
+
+
+def test_an_audit_by_the_same_spec_is_shown_whatever_else_is_in_it(run: Run) -> None:
+    status, _ = shown_with(run, audit_with(more={"deep": [7]}).replace("[7]", f"[{'9' * 5000}]"))
+    assert status != 2
+    page = (run.folder / "report.html").read_text(encoding="utf-8")
+    assert '"rules":{"one":1}' in page and "deep" not in page.partition('"audit":')[2].partition('"graph":')[0]
+
+
+def shown_with(run: Run, content: str) -> tuple[int, str]:
+    """Return the status of a report with this file as an audit, and what is said to it."""
+    (run.folder / "audit.json").write_text(content, encoding="utf-8")
+    words = ("--audit", "audit.json", "--only", "tables", "--jobs", "1")
+    done = run("report", "crane.exo", "--out", "report.html", *words)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("engine", ("c", "tables", "reference"))
+@pytest.mark.parametrize("time", ("1e999", "-1e999", "9" * 500, "NaN", "Infinity"))
+def test_a_time_that_is_not_finite_is_a_mistake(run: Run, engine: str, time: str) -> None:
+    lines = [line.replace("1700000001.25", time) for line in LINES]
+    (run.folder / "odd.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    done = run("audit", "crane.exo", "odd.jsonl", "--format", "json", "--engine", engine)
+    said = "out-of-range: `time` is no finite number of seconds"
+    assert (done.returncode, done.stderr) == (2, f"exover: error: odd.jsonl:2: {said}\n")
+    found = json.loads(done.stdout, parse_constant=pytest.fail)
+    (mission,) = found["missions"]
+    assert mission["mistakes"] == [{"line": 2, "text": said}] and mission["events"] == 2
+    assert [(each["line"], "time" in each) for each in mission["divergences"]] == [(2, False)]
