@@ -48,6 +48,10 @@ def _audit(path: str) -> Json:
 
 
 def _refuse_other(audit: Json, path: str, model: Model) -> None:
-    """Raise `CliError` if an audit is by another spec."""
+    """Raise `CliError` if an audit is by another spec, which is another sha256, whatever its name."""
+    from exover.model.canonical import digest
+
     if audit["audit"] != model.name:
         raise CliError(f"{shown(path)} is an audit by the spec {audit['audit']}, not {model.name}")
+    if audit["sha256"] != digest(model).hex():
+        raise CliError(f"{shown(path)} is an audit by another version of {model.name}: audit the missions again")

@@ -264,6 +264,10 @@ def mission_with(**other: object) -> str:
         (mission_with(mistakes=None), NO_AUDIT),
         (mission_with(notes=[3]), NO_AUDIT),
         (audit_with(audit="x"), "audit.json is an audit by the spec x, not crane"),
+        (
+            audit_with(sha256="0" * 64),
+            "audit.json is an audit by another version of crane: audit the missions again",
+        ),
     ),
 )
 def test_what_is_no_audit(run: Run, content: str, reason: str) -> None:
