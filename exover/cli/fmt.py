@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _files(paths: Iterable[str]) -> Iterator[str]:
-    """Yield the files, of a folder those of the language in it and below, hidden folders left out."""
+    """Yield the files, of a folder the regular ones of the language in it and below, hidden folders left out."""
     for path in paths:
         if not os.path.isdir(path):
             yield path
@@ -48,7 +48,8 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
         for folder, folders, names in os.walk(path):
             folders[:] = sorted(name for name in folders if not name.startswith("."))
             found = sorted(name for name in names if name.endswith(SUFFIXES))
-            yield from (os.path.normpath(os.path.join(folder, name)) for name in found)
+            there = (os.path.normpath(os.path.join(folder, name)) for name in found)
+            yield from filter(os.path.isfile, there)  # a pipe would be waited for
 
 
 def _format(path: str, check: bool) -> Result:

@@ -1,6 +1,8 @@
 """`exover fmt` as a process."""
 
 import os
+import socket
+from contextlib import chdir
 
 UGLY = "spec s;module m{request a();request b();}mutex m.a,m.b;"
 NEAT = "spec s;\n\nmodule m {\n    request a();\n    request b();\n}\n\nmutex m.a, m.b;\n"
@@ -54,6 +56,16 @@ def test_links_are_followed_and_permissions_kept(run, tmp_path):
     link.symlink_to(real)
     assert run("fmt", "link.exo").returncode == 0
     assert link.is_symlink() and real.read_text() == NEAT and real.stat().st_mode & 0o777 == 0o640
+
+
+def test_what_is_no_regular_file_in_a_folder_is_passed_over(run, tmp_path):
+    """As by `check` and `audit`. A socket stands for a pipe, which would be waited for without an end."""
+    (tmp_path / "link.exo").symlink_to("gone.exo")
+    (tmp_path / "s.exo").write_text(UGLY)
+    with socket.socket(socket.AF_UNIX) as end, chdir(tmp_path):
+        end.bind("socket.exo")
+    done = run("fmt", ".")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "s.exo reformatted\n", "1 file reformatted\n")
 
 
 def test_a_folder_without_specs(run):
