@@ -18,22 +18,29 @@ Result = Literal["reformatted", "would be reformatted", "left unchanged"]
 SUFFIXES = (".exo", ".prop")
 
 
+class _Mistaken(CliError):
+    """The text of a file has a mistake."""
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Format the files, tell which changed or would, and return the status; one that is wrong keeps no other back."""
     results: Counter[Result] = Counter()
-    wrong = 0
+    wrong: Counter[str] = Counter()
     for path in dict.fromkeys(_files(arguments.files)):
         try:
-            result = _format(path, arguments.check)
+            result, content = _format(path, arguments.check)
         except CliError as refusal:
             complain(f"exover: error: {refusal}")
-            wrong += 1
+            wrong["with mistakes" if isinstance(refusal, _Mistaken) else "that cannot be read or written"] += 1
             continue
         results[result] += 1
-        if path != "-" and result != "left unchanged":
+        if path == "-" and not arguments.check:
+            out(content.decode("utf-8"))
+        elif path != "-" and result != "left unchanged":
             out(f"{path} {result}\n")
     counts = [f"{count} file{'' if count == 1 else 's'} {result}" for result, count in sorted(results.items())]
-    complain(", ".join([*counts, *([f"{wrong} with mistakes"] if wrong else [])]) or "no .exo or .prop file found")
+    counts += [f"{count} {what}" for what, count in sorted(wrong.items())]
+    complain(", ".join(counts) or "no .exo or .prop file found")
     if wrong:
         return ExitStatus.WRONG
     return ExitStatus.VIOLATED if results["would be reformatted"] else ExitStatus.OK
@@ -52,19 +59,17 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
             yield from filter(os.path.isfile, there)  # a pipe would be waited for
 
 
-def _format(path: str, check: bool) -> Result:
-    """Format a file, or print standard input formatted; with `check` neither. Raise `CliError` if it is wrong."""
+def _format(path: str, check: bool) -> tuple[Result, bytes]:
+    """Format a file unless `check` is set, and return what it is formatted, too; raise `CliError` if it is wrong."""
     given = read_language(path)
     content = _formatted(path, given)
-    if path == "-" and not check:
-        out(content.decode("utf-8"))
     if content == given:
-        return "left unchanged"
+        return "left unchanged", content
     if check:
-        return "would be reformatted"
+        return "would be reformatted", content
     if path != "-":
         _replace(path, content)
-    return "reformatted"
+    return "reformatted", content
 
 
 def _formatted(path: str, given: bytes) -> bytes:
@@ -74,7 +79,7 @@ def _formatted(path: str, given: bytes) -> bytes:
     if text is None:
         complain(render_all(mistakes, source))
         left = "" if path == "-" else " and is left as it is"
-        raise CliError(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}{left}")
+        raise _Mistaken(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}{left}")
     return text.encode("utf-8")
 
 

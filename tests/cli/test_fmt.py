@@ -3,6 +3,9 @@
 import os
 import socket
 from contextlib import chdir
+from unittest.mock import patch
+
+from exover.cli.status import CliError
 
 UGLY = "spec s;module m{request a();request b();}mutex m.a,m.b;"
 NEAT = "spec s;\n\nmodule m {\n    request a();\n    request b();\n}\n\nmutex m.a, m.b;\n"
@@ -34,6 +37,7 @@ def test_what_is_wrong_is_left_and_keeps_no_other_back(run, tmp_path):
     done = run("fmt", "bad.exo", "missing.exo", "good.exo")
     assert done.returncode == 2
     assert "bad.exo:1:17" in done.stderr and "missing.exo" in done.stderr
+    assert done.stderr.endswith("\n1 file reformatted, 1 that cannot be read or written, 1 with mistakes\n")
     assert (tmp_path / "bad.exo").read_text() == "spec s; mutex a b;"
     assert (tmp_path / "good.exo").read_text() == NEAT
 
@@ -47,6 +51,13 @@ def test_standard_input(run):
     wrong = run("fmt", "-", input="spec")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert "--> <stdin>:1:5" in wrong.stderr and "<stdin> has a mistake\n" in wrong.stderr
+
+
+def test_standard_output_that_cannot_be_written_is_no_mistake_of_a_text(run):
+    reason = "cannot write to standard output: No space left on device"
+    with patch("exover.cli.fmt.out", side_effect=CliError(reason)):
+        done = run("fmt", "-", input=UGLY)
+    assert (done.returncode, done.stderr) == (2, f"exover: error: {reason}\n")
 
 
 def test_links_are_followed_and_permissions_kept(run, tmp_path):
