@@ -73,10 +73,11 @@ def _row(model: Model, row: AuditRow) -> Json:
 
 # ---- read again ----
 
-_ASKS = {"*": dict.fromkeys(ANSWERS[:4], int)}
+_FIGURES = {"asks": {"*": dict.fromkeys(ANSWERS[:4], int)}, "rules": {"*": int}}
 _MISSION = {
     "mission": str,
     "events": int,
+    **_FIGURES,
     "diverged": {"*": int},
     "divergences": [{"line": int, "text": str}],
     "mistakes": [{"line": int, "text": str}],
@@ -90,7 +91,7 @@ _AUDIT = {
     "sha256": str,
     "outcome": str,
     "missions": [],
-    "total": {"asks": _ASKS, "rules": {"*": int}},
+    "total": _FIGURES,
 }
 """What a page reads: objects by key (`*`: any), lists by what each element is, `int` for a count."""
 _MOST = 1 << 64

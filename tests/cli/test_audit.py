@@ -211,15 +211,24 @@ def test_the_page_holds_an_audit(run: Run) -> None:
     assert '"audit":{"tool":"exover"' in page and "the tables let it wait [one]" in page
 
 
-DIVERGENCE = {"line": 3, "text": "launched"}
-MISSION = {"mission": "m", "events": 3, "diverged": {"launched": 1}, "divergences": [DIVERGENCE], "mistakes": []}
+FIGURES = {"asks": {"slew.turn": {"launch": 1, "wait": 0, "reject": 0, "invalid": 0}}, "rules": {"one": 1}}
+MISSION = {
+    "mission": "m",
+    "events": 3,
+    **FIGURES,
+    "diverged": {"launched": 1},
+    "divergences": [{"line": 3, "text": "launched"}],
+    "mistakes": [],
+    "mistake_count": 0,
+    "notes": [],
+}
 AUDIT = {
     "tool": "exover",
     "audit": "crane",
     "sha256": digest(built(CRANE)[0]).hex(),
     "outcome": "",
-    "missions": [{**MISSION, "mistake_count": 0, "notes": []}, {"mission": "n", "error": "it is none"}],
-    "total": {"asks": {"slew.turn": {"launch": 1, "wait": 0, "reject": 0, "invalid": 0}}, "rules": {"one": 1}},
+    "missions": [MISSION, {"mission": "n", "error": "it is none"}],
+    "total": FIGURES,
 }
 NO_JSON = "audit.json is no JSON: print the audit with --format json"
 NO_AUDIT = "audit.json is no audit: print one with `exover audit --format json`"
@@ -231,7 +240,7 @@ def audit_with(**other: object) -> str:
 
 
 def mission_with(**other: object) -> str:
-    return audit_with(missions=[{**MISSION, "mistake_count": 0, "notes": [], **other}])
+    return audit_with(missions=[{**MISSION, **other}])
 
 
 @pytest.mark.parametrize(
@@ -254,6 +263,8 @@ def mission_with(**other: object) -> str:
         (audit_with(missions=[{"mission": "m"}]), NO_AUDIT),
         (audit_with(missions=[{"mission": "m", "error": 3}]), NO_AUDIT),
         (audit_with(missions=[{"mission": "m", "error": ""}]), NO_AUDIT),
+        (mission_with(asks=[]), NO_AUDIT),
+        (mission_with(rules=5), NO_AUDIT),
         (mission_with(events=-1), NO_AUDIT),
         (mission_with(events=1.5), NO_AUDIT),
         (mission_with(events=True), NO_AUDIT),
