@@ -1,5 +1,6 @@
 """What keys the tables of a binding have, and of what type their values are (docs/binding.md)."""
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import field
@@ -38,6 +39,15 @@ def _table(of: Callable[[Any], bool] = lambda value: True) -> Callable[[Any], bo
     return lambda value: isinstance(value, dict) and all(map(of, value.values()))
 
 
+def _of_json(value: Any) -> bool:
+    """Return whether a value can be written as JSON: no date, no NaN, no infinity, nothing nested too deep."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError, RecursionError):
+        return False
+    return True
+
+
 def one_of(*words: str) -> Allowed:
     """Return that a value is one of these words."""
     return words.__contains__, " or ".join(f'"{word}"' for word in words)
@@ -55,6 +65,10 @@ BYTES: Allowed = (
 TEXTS: Allowed = _list(_text), 'a list of texts, as ["get_*"]'
 STATUSES: Allowed = _list(_scalar), 'a list of statuses, as ["arrived", 4]'
 TABLE: Allowed = _table(), "a table"
+SENT: Allowed = (
+    (lambda value: isinstance(value, dict) and _of_json(value)),
+    "a table of what JSON has, without dates, NaN and infinities",
+)
 SCALARS: Allowed = _table(_scalar), 'a table of texts, numbers or bools, as { command = "move" }'
 LISTS: Allowed = _table(_list(_scalar)), 'a table of lists of statuses, as { blocked = ["bumper"] }'
 ANY: Allowed = (lambda value: True), "anything"
@@ -91,7 +105,7 @@ REQUEST: Mapping[str, Allowed] = {
     "report": TABLE,
     "refused": SCALARS,
 }
-CANCEL: Mapping[str, Allowed] = {"tool": TEXT, "arguments": TABLE, "ends": BOOL}
+CANCEL: Mapping[str, Allowed] = {"tool": TEXT, "arguments": SENT, "ends": BOOL}
 REPORT: Mapping[str, Allowed] = {
     "watch": TEXT,
     "status": TEXT,
@@ -107,7 +121,7 @@ WATCH: Mapping[str, Allowed] = {
     "notification": TEXT,
     "topic": TEXT,
     "type": TEXT,
-    "arguments": TABLE,
+    "arguments": SENT,
     "every": SECONDS,
     "stale": SECONDS,
     "latched": BOOL,

@@ -71,6 +71,10 @@ def test_what_a_binding_says() -> None:
         ('tool = "brake"', 'action = "b"\ntype = "a/action/B"', "error[E706]: `base.stop` is no tool: it", ":29:1"),
         ('tool = "drive"', 'action = "d"\ntype = "a/action/D"', "error[E706]: `base.move` is an action: it", ":15:1"),
         ('tool = "brake"', 'tool = "brake"\nrefused = { x = 1 }', "error[E706]: `base.stop` is no service", ":28:1"),
+        ('"halt" }', '"halt", since = 2026-01-01 }', "error[E603]: `arguments` is not a table of what JS", ":15:28"),
+        ('"halt" }', '"halt", at = { x = [1, nan] } }', "error[E603]: `arguments` is not a table of what", ":15:28"),
+        ('"halt" }', '"halt", ' + "a." * 1000 + "a = 1 }", "error[E603]: `arguments` is not a table of what", ":15:28"),
+        ('"get_state"', '"get_state"\narguments = { at = -inf }', "error[E603]: `arguments` is not a table of", ":9:1"),
         ("[gate]", "gate = 3\n[gates]", "error[E603]: `gate` is not a table", ":1:1"),
     ],
 )  # fmt: skip

@@ -336,3 +336,18 @@ def test_whatever_either_side_says_the_gate_goes_on() -> None:
                 middle.server({**body, "params": {**body["params"], key: value}})
     for line in middle.server_got() + middle.client_got():
         assert json.dumps(line)
+
+
+def test_what_stops_is_sent_as_a_stateless_session_wants_it() -> None:
+    meta = {"io.modelcontextprotocol/protocolVersion": "é"}
+    middle = Middle().ready()
+    middle.call(1, "grip", {"force": 1}, _meta={**meta, "progressToken": 1})
+    middle.server_got()
+    middle.client({"method": "notifications/cancelled", "params": {"requestId": 1}})
+    (stop,) = middle.server_got()
+    assert stop == {
+        "jsonrpc": "2.0",
+        "method": "tools/call",
+        "params": {"name": "open", "arguments": {}, "_meta": meta},
+        "id": stop["id"],
+    }

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
@@ -112,7 +112,30 @@ def key_of_id(found: Any) -> tuple[bool, Any]:
 
 def write(body: Json) -> bytes:
     """Return a message as a line."""
-    return json.dumps(body, separators=(",", ":")).encode() + b"\n"
+    return text_of(body).encode() + b"\n"
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedCall:
+    """A call of a tool whose text is made beforehand, so that nothing is left to go wrong when it is sent."""
+
+    params: str
+    """Without the brace that ends them."""
+
+    def line(self, number: int, meta: str) -> bytes:
+        """Return it as a line with an id, and with the text of what `_meta` has to hold, if it has to hold anything."""
+        meta = f',"_meta":{meta}' if meta else ""
+        return f'{{"jsonrpc":"2.0","method":"tools/call","params":{self.params}{meta}}},"id":{number}}}\n'.encode()
+
+
+def prepared(tool: str, arguments: Mapping[str, Any]) -> PreparedCall:
+    """Return the call of a tool; raises `TypeError` or `ValueError` if it is nothing for JSON."""
+    return PreparedCall(text_of({"name": tool, "arguments": dict(arguments)})[:-1])
+
+
+def text_of(body: Json) -> str:
+    """Return an object as text on one line."""
+    return json.dumps(body, separators=(",", ":"), allow_nan=False)
 
 
 def result(id: Any, found: Any) -> Json:

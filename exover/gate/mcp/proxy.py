@@ -12,7 +12,7 @@ from exover.gate.fields import UnreadableField
 from exover.gate.gate import Gate
 from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Exchange, Pending, ToolCall
-from exover.gate.mcp.lines import BadLine, Message, key_of_id
+from exover.gate.mcp.lines import BadLine, Message, PreparedCall, key_of_id
 from exover.gate.mcp.results import document, ending, envelope, own_call, refusal, succeeded, visible
 from exover.gate.outer import (
     Alarm,
@@ -65,11 +65,23 @@ class McpProxy:
     _alive: bool = True
     _ready: bool = False
     _envelope: Json = field(default_factory=dict)
+    _meta: str = ""
+    """The same as text, for the calls whose text is there before they are sent."""
+    _cancels: dict[str, PreparedCall] = field(default_factory=dict)
+    """What stops a request, by its name."""
+    _polls: dict[str, PreparedCall] = field(default_factory=dict)
+    """What asks a watch, by its name."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went, and are not known to have ended."""
     _watching: Watching = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
+        for bound in self.gate.binding.requests:
+            if bound.cancel:
+                self._cancels[bound.request] = lines.prepared(bound.cancel.tool, bound.cancel.arguments)
+        for watch in self.gate.binding.watches:
+            if watch.kind == "tool":
+                self._polls[watch.name] = lines.prepared(watch.source, watch.arguments)
         self._watching = Watching(self.gate, self._poll, self.clock)
         self.gate.attach(self)
 
@@ -168,9 +180,16 @@ class McpProxy:
         if not self._alive:
             self._answer(lines.error(message.id, lines.SERVER_GONE, "the server is gone"))
             return
-        self._envelope = envelope(message.params) or self._envelope
+        self._remember(message)
         number = self._send(message.body, Pending(message.method, message.id))
         self._open[key_of_id(message.id)] = number
+
+    def _remember(self, message: Message) -> None:
+        """Note what the requests of a stateless session carry, if this one does."""
+        found = envelope(message.params)
+        if found and found != self._envelope:
+            self._meta = lines.text_of(found)
+            self._envelope = found
 
     def _tool_call(self, message: Message) -> None:
         name, arguments = message.params.get("name"), message.params.get("arguments", {})
@@ -183,7 +202,7 @@ class McpProxy:
         if not candidates and self.gate.binding.passes(name):
             self._pass(message)
             return
-        self._envelope = envelope(message.params) or self._envelope
+        self._remember(message)
         call = CallId(self.name, next(self._numbers))
         self._calls[call] = ToolCall(message.id, message.params)
         self._open[key_of_id(message.id)] = call
@@ -362,14 +381,12 @@ class McpProxy:
             self._answer(lines.notification("notifications/progress", params))
 
     def _stop(self, slot: SlotId, rule: str, because: str | None) -> None:
-        held, bound = self.gate.state.slots.get(slot), self.gate.binding.of(slot[0])
+        held, cancel = self.gate.state.slots.get(slot), self._cancels.get(slot[0])
         call = self._calls.get(held.call) if held and held.call else None
         if call:
             call.stopped = rule, because
-        if bound and bound.cancel:
-            params = self._own({"name": bound.cancel.tool, "arguments": dict(bound.cancel.arguments)})
-            body = {"jsonrpc": "2.0", "method": "tools/call", "params": params}
-            self._send(body, Pending("tools/call", stops=slot))
+        if cancel:
+            self._send_prepared(cancel, Pending("tools/call", stops=slot))
         elif slot in self._carries:
             params = {"requestId": self._carries[slot], "reason": f"{rule}: {because}" if because else rule}
             self._to_server(lines.notification("notifications/cancelled", params))
@@ -393,8 +410,7 @@ class McpProxy:
         self._answer(lines.result(id, {**refusal(rule, because, verb), **complete}))
 
     def _poll(self, watch: Watch) -> None:
-        params = self._own({"name": watch.source, "arguments": dict(watch.arguments)})
-        self._send({"jsonrpc": "2.0", "method": "tools/call", "params": params}, Pending("tools/call", watch=watch))
+        self._send_prepared(self._polls[watch.name], Pending("tools/call", watch=watch))
 
     def _own(self, params: Json) -> Json:
         """Return the parameters of a call of the gate itself, as the session wants them."""
@@ -405,6 +421,12 @@ class McpProxy:
         self._pending[number] = pending
         self._to_server({**body, "id": number})
         return number
+
+    def _send_prepared(self, call: PreparedCall, pending: Pending) -> None:
+        number = next(self._numbers)
+        self._pending[number] = pending
+        if self._alive:
+            self.to_server(call.line(number, self._meta))
 
     def _to_server(self, body: Json) -> None:
         if self._alive:
