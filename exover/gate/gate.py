@@ -22,7 +22,7 @@ from exover.gate.outer import (
     Ticked,
 )
 from exover.gate.state import Times
-from exover.model.event import Abort, Ask, Invalid, Observe, Report
+from exover.model.event import Abort, Action, Ask, Event, Invalid, Observe, Report
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.state import SlotId
@@ -80,6 +80,7 @@ class Gate:
         self._modules: dict[str, Transport] = {}
         self._waiting: deque[OuterEvent | OuterEffect] = deque()
         self._busy = False
+        self._failures: list[Exception] = []
         self.state = self._machine.start()
 
     def attach(self, transport: Transport) -> None:
@@ -90,7 +91,10 @@ class Gate:
                 self._modules[bound.request] = transport
 
     def tell(self, *happened: OuterEvent | OuterEffect) -> None:
-        """Take outer events, or effects of the gate itself, and do what follows; it is in the journal by then."""
+        """Take outer events, or effects of the gate itself, and do what follows; it is in the journal by then.
+
+        What fails in a transport or in the journal is raised once all else is done: it keeps no stop from being sent.
+        """
         self._waiting += happened
         if self._busy:
             return
@@ -98,17 +102,29 @@ class Gate:
         try:
             while self._waiting:
                 first = self._waiting.popleft()
-                for effect in (first,) if isinstance(first, OuterEffect) else self._follow(first):
-                    self._do(effect)
+                if isinstance(first, OuterEffect):
+                    self._attempt(self._do, first)
+                else:
+                    self._waiting.extendleft(reversed(self._follow(first)))
         finally:
             self._busy = False
+        if self._failures:
+            first_failure, self._failures = self._failures[0], []
+            raise first_failure
+
+    def _attempt(self, do: Callable[..., None], *given: object) -> None:
+        """Do something; if it fails, keep why until the rest is done."""
+        try:
+            do(*given)
+        except Exception as failure:
+            self._failures.append(failure)
 
     def _do(self, effect: OuterEffect) -> None:
         match effect:
             case Alarm():
-                self._journal(alarm_text(effect))
+                self._attempt(self._journal, alarm_text(effect))
                 for transport in self._transports.values():
-                    transport.do(effect)
+                    self._attempt(transport.do, effect)
                 return
             case Hold(call, _, _) | Refuse(call, _, _):
                 found = self._transports.get(call.client.split("/")[0])
@@ -134,11 +150,14 @@ class Gate:
         actions = () if event is None else self._checker.step(event)
         self.state, effects = self._machine.answer(self.state, outer, event, actions, self._clock())
         if event is not None:
-            self._journal(self._texts.decision(event, actions))
+            self._attempt(self._decided, event, actions)
         elif isinstance(outer, Called):
             denial = self.state.denial(outer.ask.request)
-            self._journal(refusal_text(outer.ask.request, *(denial or ("", None))))
+            self._attempt(self._journal, refusal_text(outer.ask.request, *(denial or ("", None))))
         return (*effects, *self._fault())
+
+    def _decided(self, event: Event, actions: tuple[Action, ...]) -> None:
+        self._journal(self._texts.decision(event, actions))
 
     def _fault(self) -> list[OuterEffect]:
         """Once the checker is faulty, tell it and stop what runs."""
@@ -170,7 +189,7 @@ class Gate:
 
     def refuse(self, call: CallId, name: str, rule: str, because: str) -> None:
         """Refuse a call that no checker is asked about; `name` is its request, or its outer name if it has none."""
-        self._journal(refusal_text(name, rule, because))
+        self._attempt(self._journal, refusal_text(name, rule, because))
         self.tell(Refuse(call, rule, because))
 
     def report(self, slot: SlotId, entries: Mapping[str, Any]) -> None:

@@ -3,9 +3,22 @@
 from collections.abc import Mapping
 from typing import Any
 
+import pytest
+
 from exover.gate.binding import BindingKind
 from exover.gate.gate import Gate
-from exover.gate.outer import Called, CallId, CancelRefused, Forward, Hold, OuterEffect, Refuse, SlotSaid, Stop
+from exover.gate.outer import (
+    Called,
+    CallId,
+    CancelRefused,
+    ClientGone,
+    Forward,
+    Hold,
+    OuterEffect,
+    Refuse,
+    SlotSaid,
+    Stop,
+)
 from exover.model.event import Ask
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
@@ -111,3 +124,35 @@ def test_a_reading_that_is_none_is_the_worst() -> None:
     outside = {"observe": "base.speed", "value": 3}
     bumped = {"observe": "bumped", "value": True}
     assert told == ["wrong-type", bumped, "wrong-type", outside, outside, "wrong-type", "unknown-poster"]
+
+
+def test_an_effect_that_fails_keeps_no_stop_from_being_sent() -> None:
+    class Broken(Recorder):
+        def do(self, effect: OuterEffect) -> None:
+            super().do(effect)
+            raise ValueError(f"cannot do {effect}")
+
+    gate, tools, _, journal = started(Machine(MODEL, build(MODEL).tables))
+    broken = Broken("mcp", ("tool",))
+    asked: list[tuple[str, Mapping[str, Any]]] = [("base.move", {"v": 0.5}), *[("arm.grip", {"force": 1})] * 2]
+    for number, (request, args) in enumerate(asked):
+        gate.call(CallId("mcp", number), request, args)
+    assert len(tools.done) == 3
+    gate.attach(broken)
+    with pytest.raises(ValueError, match=r"cannot do Stop"):
+        gate.tell(ClientGone("mcp"))
+    assert {effect.slot for effect in broken.done if isinstance(effect, Stop)} == set(gate.state.slots)
+    assert len(journal) == 6
+
+
+def test_a_journal_that_fails_keeps_nothing_from_going_out() -> None:
+    def full(entry: str) -> None:
+        raise OSError("no space")
+
+    gate = Gate(MODEL, binding_of(MIXED, MODEL), Machine(MODEL, build(MODEL).tables), lambda: 0.0, full)
+    tools = Recorder("mcp", ("tool",))
+    gate.attach(tools)
+    gate.tell(*(SlotSaid(slot, False) for slot in sorted(gate.state.unsaid)))
+    with pytest.raises(OSError, match="no space"):
+        gate.call(CallId("mcp", 1), "base.move", {"v": 0.5})
+    assert [type(effect) for effect in tools.done] == [Forward]

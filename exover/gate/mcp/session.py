@@ -5,7 +5,7 @@ import queue
 import subprocess
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from time import monotonic
 from typing import IO, Literal
 
@@ -150,12 +150,21 @@ class McpSession:
             proxy.server_gone()
 
     def _finish(self, proxy: McpProxy) -> None:
-        """Wait for what was told to stop, as long as its deadline; then end the server."""
-        if self._there["client"]:
-            self._gone(proxy, "client")
+        """Stop what runs, wait for that, and end the server; each of them is done even if the one before it fails."""
+        with ExitStack() as rest:
+            rest.callback(self._end)
+            rest.callback(self._wait, proxy)
+            if self._there["client"]:
+                self._gone(proxy, "client")
+
+    def _wait(self, proxy: McpProxy) -> None:
+        """Wait for what was told to stop, as long as its deadline."""
         until = monotonic() + proxy.gate.binding.longest_stop
         while self._there["server"] and proxy.active and monotonic() < until:
             self._turn(proxy, 0.1)
+
+    def _end(self) -> None:
+        """End the server, and write to the client what there is."""
         self.to_server.close(PATIENCE)
         for end in (self._server.terminate, self._server.kill):
             try:
