@@ -17,6 +17,10 @@ KEY = re.compile(r"[A-Za-z0-9_-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
 DOT = re.compile(r"[ \t]*\.[ \t]*")
 TEXT = re.compile(r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'', re.DOTALL)
 PLAIN = re.compile(r"[^,\]}\n#]+")
+INTEGER = re.compile(r"([+-]?)(?:0x([\dA-Fa-f_]+)|0o([0-7_]+)|0b([01_]+)|([\d_]+))")
+BASES = (16, 8, 2, 10)
+BITS = 64
+"""Of an integer of TOML: more of them are refused, as its standard says."""
 TOLD = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
@@ -40,12 +44,34 @@ NOWHERE = Places({})
 def read_toml(source: Source) -> tuple[dict[str, Any], Places] | Diagnostic:
     """Return what a file says with the places of its keys, or what is wrong with it."""
     try:
-        content = tomllib.loads(source.text)
+        content = _loads(source.text)
         return content, Places(_Scanner(source.text).scan())
+    except _LongInteger as found:
+        advice = f"write one from -2^{BITS - 1} to 2^{BITS - 1} - 1"
+        return Diagnostic("E601", f"the file is not TOML: an integer of more than {BITS} bits", found.span, help=advice)
     except RecursionError:
         return Diagnostic("E601", "the file is nested too deep", None)
     except tomllib.TOMLDecodeError as error:
         return _not_toml(source, str(error))
+
+
+class _LongInteger(Exception):
+    """An integer has more bits than one of TOML."""
+
+    def __init__(self, span: Span) -> None:
+        super().__init__()
+        self.span = span
+
+
+def _loads(text: str) -> dict[str, Any]:
+    """Return what a text says; `tomllib` fails at integers of thousands of digits, and we say where one is."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:
+        _Scanner(text).scan()
+        raise
 
 
 def _not_toml(source: Source, message: str) -> Diagnostic:
@@ -61,7 +87,7 @@ def _not_toml(source: Source, message: str) -> Diagnostic:
 
 @dataclass
 class _Scanner:
-    """Reads a text that `tomllib` has accepted, so nothing is looked at twice."""
+    """Reads a text that `tomllib` has accepted, up to an integer that is too long; so nothing is looked at twice."""
 
     text: str
     offset: int = 0
@@ -132,7 +158,10 @@ class _Scanner:
         if found:
             self.offset = found.end()
         elif plain := PLAIN.match(self.text, self.offset):
-            self.offset += len(plain[0].rstrip())
+            start, text = self.offset, plain[0].rstrip()
+            self.offset += len(text)
+            if _too_long(text):
+                raise _LongInteger(Span(start, self.offset))
 
     def _several(self, path: KeyPath, end: str) -> None:
         self.offset += 1
@@ -148,6 +177,16 @@ class _Scanner:
             if self._more() and self._at(","):
                 self.offset += 1
         self.offset += 1
+
+
+def _too_long(text: str) -> bool:
+    """Return whether a value is an integer that has not its place in the bits of one of TOML."""
+    found = INTEGER.fullmatch(text)
+    if not found:
+        return False
+    digits, base = next((digits, base) for digits, base in zip(found.groups()[1:], BASES, strict=True) if digits)
+    shown = digits.replace("_", "").lstrip("0") or "0"
+    return len(shown) > BITS or not -(1 << BITS - 1) <= int(found[1] + shown, base) < 1 << BITS - 1
 
 
 def _plain(key: str) -> str:

@@ -133,6 +133,29 @@ def test_whatever_is_cut_or_spoilt_is_told_and_never_a_fault() -> None:
     assert mistakes("a = " + "[" * 100_000)[0].startswith("error[E601]: the file is nested too deep")
 
 
+@pytest.mark.parametrize(
+    "number",
+    ["9" * 5000, "-" + "9" * 400, "0x" + "f" * 400, "0o2" + "0" * 21, "9_223_372_036_854_775_808", "0b1" + "0" * 63],
+)
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("wait = 30", "wait = {}", ":5:8"),
+        ("scale = 0.01 ", "scale = {} ", ":13:54"),
+        ('{ command = "halt" }', '{{ command = ["0", {}], b = """\n9""" }}', ":15:58"),
+    ],
+)
+def test_an_integer_that_is_too_long_is_told_with_its_place(old: str, new: str, place: str, number: str) -> None:
+    (told,) = mistakes(BIND.replace(old, new.format(number)))
+    assert told.startswith("error[E601]: the file is not TOML: an integer of more than 64 bits")
+    assert f"--> cart.bind.toml{place}\n" in told
+
+
+@pytest.mark.parametrize("number", ["9_223_372_036_854_775_807", "0x007fff_ffff_ffff_ffff"])
+def test_the_longest_integers_are_read(number: str) -> None:
+    assert not mistakes(BIND.replace("wait = 30", f"wait = {number}"))
+
+
 def test_fields_are_scaled_both_ways() -> None:
     speed = ValueField("v", Real(0, 2), ("drive", "percent"), 0.01, 0.5)
     assert speed.read({"drive": {"percent": 50}}) == 1.0 and speed.write(1.0) == 50
