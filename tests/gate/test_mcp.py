@@ -126,6 +126,7 @@ def test_two_calls_of_one_id_do_not_mix() -> None:
         (b'{"jsonrpc": "2.0", "id": 1, "method": "x", "params": {"a": ' + b"9" * 5000 + b"}}", -32700),
         (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/call", "method": "ping"}', -32600),
         (b"[" * 100_000, -32700),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "x", "params": ' + b'{"a":' * 200 + b"[]" + b"}" * 201, -32700),
         (b'[{"jsonrpc": "2.0", "id": 1, "method": "ping"}]', -32600),
         (b"3", -32600),
         (b'{"id": 1, "method": "ping"}', -32600),
@@ -145,6 +146,16 @@ def test_a_bad_message_is_answered_and_not_passed(line: bytes, code: int) -> Non
     assert answer["error"]["code"] == code and not middle.server_got()
     middle.proxy.from_server(line if b"tools/call" not in line else b"?")
     assert not middle.client_got() or b"-32602" in line
+
+
+def test_what_is_not_nested_too_deep_is_passed() -> None:
+    middle = Middle().ready()
+    params: dict[str, Any] = {}
+    for _ in range(198):
+        params = {"a": params}
+    middle.client({"id": 1, "method": "x", "params": params})
+    middle.client({"id": 2, "method": "x", "params": {"a": [[]] * 300}})
+    assert [len(json.dumps(call["params"])) > 900 for call in middle.server_got()] == [True, True]
 
 
 def test_a_long_line_is_cut_and_what_follows_is_read() -> None:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
@@ -11,6 +11,10 @@ from exover.model.wire import Json
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, SERVER_GONE = -32700, -32600, -32601, -32602, -32000
 MAX_DIGITS = 400
 """Digits of the longest integer that is read; the largest double has 309."""
+
+
+MAX_DEPTH, DEEP = 200, "the message is nested too deep"
+"""Objects and lists within each other; what can be read but not be written again is deeper, and deeper in the stack."""
 
 
 class BadLine(Exception):
@@ -78,14 +82,28 @@ def read(line: bytes, longest: int) -> Message:
     except UnicodeDecodeError as error:
         raise BadLine(PARSE_ERROR, "the message is not UTF-8") from error
     except RecursionError as error:
-        raise BadLine(PARSE_ERROR, "the message is nested too deep") from error
+        raise BadLine(PARSE_ERROR, DEEP) from error
     except json.JSONDecodeError as error:
         raise BadLine(PARSE_ERROR, f"the message is not JSON: {error.msg}, column {error.colno}") from error
+    if line.count(b"[") + line.count(b"{") > MAX_DEPTH and _deep(body):
+        raise BadLine(PARSE_ERROR, DEEP)
     if isinstance(body, list):
         raise BadLine(INVALID_REQUEST, "the message is a batch; send one message a line")
     if not isinstance(body, dict):
         raise BadLine(INVALID_REQUEST, "the message is no object")
     return _message(body)
+
+
+def _deep(body: Any) -> bool:
+    """Return whether lists and objects are within each other more than `MAX_DEPTH` times."""
+    level = [body]
+    for _ in range(MAX_DEPTH):
+        level = [inner for outer in level for inner in _parts(outer) if isinstance(inner, dict | list)]
+    return bool(level)
+
+
+def _parts(outer: Any) -> Iterable[Any]:
+    return outer.values() if isinstance(outer, dict) else outer if isinstance(outer, list) else ()
 
 
 def _message(body: Json) -> Message:
