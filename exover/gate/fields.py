@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Any
 
 from exover.dataclass import dataclass
-from exover.model.types import Bool, Enum, Int, Real, Type, Value
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
 
 FieldPath = tuple[str, ...]
 """Keys, and numbers of elements as text, from the top of an object."""
@@ -90,6 +90,17 @@ class ValueField:
         if isinstance(self.type, Int | Real) and (self.scale != 1 or self.offset):
             return (float(value) - self.offset) / self.scale
         return value
+
+
+def is_value(kind: Type, inner: Any) -> bool:
+    """Return whether what a field reads is a value of a type, as whoever reads the event has it."""
+    if isinstance(kind, Bool | Enum):
+        return isinstance(inner, bool if isinstance(kind, Bool) else str) and contains(kind, inner)
+    if isinstance(inner, bool) or not isinstance(inner, int | float) or not math.isfinite(inner):
+        return False
+    return (
+        contains(kind, float(inner)) if isinstance(kind, Real) else inner == int(inner) and contains(kind, int(inner))
+    )
 
 
 def path_of(text: str) -> FieldPath:

@@ -19,13 +19,14 @@ from exover.gate.binding import (
     Watch,
     key_of,
 )
-from exover.gate.fields import MISSING, FieldPath, ValueField, path_of
+from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of
 from exover.gate.schema import MistakeList
 from exover.graph.exclusion import may_wait_for
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request, Wait
 from exover.model.reads import in_question
 from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.wire import domain
 from exover.model.wording import value_text
 from exover.source import Source
 from exover.toml import KeyPath, read_toml
@@ -250,7 +251,22 @@ class _Reader:
         if found is None or isinstance(found, str):
             return ValueField(name, kind, path_of(found or name))
         table = self._mistakes.table(path, found, schema.FIELD, f"the field of {quote(name)}")
-        return self._scaled(path, name, kind, table)
+        field = self._scaled(path, name, kind, table)
+        if "default" in table and len(table) == len(found):
+            self._default((*path, "default"), field)
+        return field
+
+    def _default(self, path: KeyPath, field: ValueField) -> None:
+        """Note a default that is never a value: what would be read in its place is refused each time."""
+        code = "E701" if isinstance(field.type, Enum) and isinstance(field.default, str) else "E603"
+        try:
+            inner = field.read({})
+        except UnreadableField as why:
+            self._mistakes.say(code, f"the default of {quote(field.name)} cannot be read: {why}", path)
+            return
+        if not is_value(field.type, inner):
+            message = f"the default of {quote(field.name)} is read as {inner!s:.60}, not {domain(field.type)}"
+            self._mistakes.say(code, message, path)
 
     def _scaled(self, path: KeyPath, name: str, kind: Type, table: Mapping[str, Any]) -> ValueField:
         named = isinstance(kind, Enum | Bool)

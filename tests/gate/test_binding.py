@@ -75,6 +75,14 @@ def test_what_a_binding_says() -> None:
         ('"halt" }', '"halt", at = { x = [1, nan] } }', "error[E603]: `arguments` is not a table of what", ":15:28"),
         ('"halt" }', '"halt", ' + "a." * 1000 + "a = 1 }", "error[E603]: `arguments` is not a table of what", ":15:28"),
         ('"get_state"', '"get_state"\narguments = { at = -inf }', "error[E603]: `arguments` is not a table of", ":9:1"),
+        ("scale = 0.01", "default = 2020-01-01", "error[E603]: the default of `v` is read as 2020-01-01, n", ":13:46"),
+        ("scale = 0.01", 'default = "x"', "error[E603]: the default of `v` is read as x, n", ":13:46"),
+        ("scale = 0.01", "default = nan", "error[E603]: the default of `v` is read as nan, n", ":13:46"),
+        ("scale = 0.01", "default = 1.3", "error[E603]: the default of `v` is read as 1.3, n", ":13:46"),
+        ("0.01 }", "0.01, default = 130 }", "error[E603]: the default of `v` is read as 1.3, n", ":13:60"),
+        ("0.01 }", "0.01, default = true }", "error[E603]: the default of `v` cannot be read: `speed", ":13:60"),
+        ('"hand"', '"hand", default = "x"', "error[E701]: the default of `side` cannot be read: `hand`", ":32:40"),
+        ('"hand"', '"hand", default = 3', "error[E603]: the default of `side` cannot be read: `hand`", ":32:40"),
         ("[gate]", "gate = 3\n[gates]", "error[E603]: `gate` is not a table", ":1:1"),
     ],
 )  # fmt: skip
@@ -82,6 +90,14 @@ def test_a_mistake_is_told_with_its_place(old: str, new: str, head: str, place: 
     assert BIND.count(old) >= 1
     told = mistakes(BIND.replace(old, new, 1))
     assert any(each.startswith(head) and f"--> cart.bind.toml{place}" in each for each in told), "\n".join(told)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("0.01 }", "0.01, default = 120 }"), ('"hand"', '"hand", default = "l"'), ("scale = 0.01", "default = 0")],
+)
+def test_a_default_that_is_a_value_is_taken(old: str, new: str) -> None:
+    assert not mistakes(BIND.replace(old, new, 1))
 
 
 def test_a_watch_cannot_tell_instances_apart() -> None:
