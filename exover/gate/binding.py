@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
@@ -129,6 +130,13 @@ class Binding:
         """The seconds within which everything that is told to stop should report."""
         return max((bound.stop for bound in self.requests), default=0.0)
 
+    @cached_property
+    def below(self) -> frozenset[str]:
+        """The tools that carry out or stop a request and are bound to none: for the gate alone."""
+        tools = [bound for bound in self.requests if bound.kind == "tool"]
+        called = {bound.inner for bound in tools} | {bound.cancel.tool for bound in tools if bound.cancel}
+        return frozenset(called - {bound.outer for bound in tools})
+
     def of(self, request: str) -> RequestBinding | None:
         """Return how a request is bound, None if it is not."""
         return next((bound for bound in self.requests if bound.request == request), None)
@@ -139,6 +147,8 @@ class Binding:
 
     def passes(self, outer: str) -> bool:
         """Return whether what has this outer name, and is bound to no request, goes through unseen."""
+        if outer in self.below:
+            return False
         return self.gate.unbound == "pass" or any(fnmatchcase(outer, pattern) for pattern in self.gate.passed)
 
     def watched_by(self, watch: str) -> tuple[RequestBinding, ...]:

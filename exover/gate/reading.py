@@ -1,6 +1,7 @@
 """`NAME.bind.toml`: text to a binding of a model, or what is wrong with it and where (docs/binding.md)."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from fnmatch import fnmatchcase
 from typing import Any
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
@@ -65,7 +66,9 @@ class _Reader:
         self._ambiguous(requests)
         self._launchable(requests)
         self._unread(posters)
-        return Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
+        binding = Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
+        self._passed(binding)
+        return binding
 
     # ---- [gate] ----
 
@@ -322,6 +325,15 @@ class _Reader:
                     advice = "tell them apart by `when`, the one with more conditions first"
                     self._mistakes.say("E705", message, ("request", later.request), advice)
                     break
+
+    def _passed(self, binding: Binding) -> None:
+        """Note what would let clients call the tools that are for the gate alone."""
+        for number, pattern in enumerate(binding.gate.passed):
+            for tool in sorted(binding.below):
+                if fnmatchcase(tool, pattern):
+                    message = f"{quote(pattern)} passes {quote(tool)}, by which the gate carries out or stops a request"
+                    advice = "name the tools that command nothing, or bind this one to a request"
+                    self._mistakes.say("E706", message, ("gate", "pass", number), advice)
 
     def _launchable(self, requests: tuple[RequestBinding, ...]) -> None:
         bound = {each.request for each in requests} | set(self._content.get("request", {}))

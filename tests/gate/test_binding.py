@@ -83,6 +83,9 @@ def test_what_a_binding_says() -> None:
         ("0.01 }", "0.01, default = true }", "error[E603]: the default of `v` cannot be read: `speed", ":13:60"),
         ('"hand"', '"hand", default = "x"', "error[E701]: the default of `side` cannot be read: `hand`", ":32:40"),
         ('"hand"', '"hand", default = 3', "error[E603]: the default of `side` cannot be read: `hand`", ":32:40"),
+        ('["get_*"]', '["get_*", "*"]', "error[E706]: `*` passes `release`, by which the gate carries out", ":3:18"),
+        ('["get_*"]', '["st?w"]', "error[E706]: `st?w` passes `stow`, by which the gate carries out or stops", ":3:9"),
+        ('"drive"\nwhen', '"get"\ninner = "get_go"\nwhen', "error[E706]: `get_*` passes `get_go`, by which", ":3:9"),
         ("[gate]", "gate = 3\n[gates]", "error[E603]: `gate` is not a table", ":1:1"),
     ],
 )  # fmt: skip
@@ -98,6 +101,16 @@ def test_a_mistake_is_told_with_its_place(old: str, new: str, head: str, place: 
 )
 def test_a_default_that_is_a_value_is_taken(old: str, new: str) -> None:
     assert not mistakes(BIND.replace(old, new, 1))
+
+
+def test_no_client_calls_what_is_for_the_gate_alone() -> None:
+    found = binding_of(BIND.replace('pass = ["get_*"]', 'unbound = "pass"'), MODEL)
+    assert found.passes("get_state") and found.passes("other")
+    assert not any(map(found.passes, ("release", "stow", "open")))
+    passed = BIND.replace(
+        'pass = ["get_*"]', 'pass = ["drive", "brake", "get_*"]'
+    )  # they are bound: guarded all the same
+    assert not mistakes(passed)
 
 
 def test_a_watch_cannot_tell_instances_apart() -> None:
