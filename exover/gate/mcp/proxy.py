@@ -161,6 +161,11 @@ class McpProxy:
         """Whether something that was active when the client went still is, and the server may tell its end."""
         return self._alive and bool(self._awaited)
 
+    def give_up(self) -> None:
+        """Tell what is not waited for any longer, though it still is active."""
+        for name, slot in sorted(self._awaited if self._alive else ()):
+            self.tell(f"{name}[{slot}] still ran when the gate gave up waiting for its end")
+
     # ---- the client ----
 
     def _request(self, message: Message) -> None:

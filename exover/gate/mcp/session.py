@@ -162,6 +162,7 @@ class McpSession:
         until = monotonic() + proxy.gate.binding.longest_stop
         while self._there["server"] and proxy.active and monotonic() < until:
             self._turn(proxy, 0.1)
+        proxy.give_up()
 
     def _end(self) -> None:
         """End the server, and write to the client what there is."""
