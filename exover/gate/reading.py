@@ -74,7 +74,7 @@ class _Reader:
 
     def _defaults(self) -> Defaults:
         spec = self._gate.get("spec", "")
-        if not spec and "spec" not in self._content.get("gate", {}):
+        if self._mistakes.missing(("gate",), self._gate, "spec"):
             advice = f'write spec = "{self._model.name}" below [gate]'
             self._mistakes.say("E702", "the binding does not say for which spec it is", ("gate", "spec"), advice)
         elif spec and spec != self._model.name:
@@ -97,7 +97,7 @@ class _Reader:
         path: KeyPath = ("watch", name)
         table = self._mistakes.table(path, found, schema.WATCH, f"the watch {quote(name)}")
         kind = self._one(path, table, found, SOURCES, f"the watch {quote(name)}")
-        if kind == "topic" and "type" not in table:
+        if kind == "topic" and self._mistakes.missing(path, table, "type"):
             self._mistakes.say("E702", f"the topic of the watch {quote(name)} has no `type`", path)
         given = {key: table[key] for key in ("type", "arguments", "every", "stale", "latched") if key in table}
         return Watch(name, kind, table.get(kind, ""), **given)  # type: ignore[arg-type]
@@ -128,7 +128,7 @@ class _Reader:
         path: KeyPath = ("request", request.name)
         table = self._mistakes.table(path, found, schema.REQUEST, quote(request.name))
         kind = self._one(path, table, found, KINDS, quote(request.name))
-        if kind != "tool" and "type" not in table:
+        if kind != "tool" and self._mistakes.missing(path, table, "type"):
             self._mistakes.say(
                 "E702", f"{quote(request.name)} has no `type`", path, "as nav2_msgs/action/NavigateToPose"
             )
@@ -159,23 +159,30 @@ class _Reader:
     ) -> None:
         """Note what a request lacks to be served."""
         name = quote(request.name)
-        if "wait" not in table and "wait" not in self._gate and may_wait(self._model, request):
+        missing = self._mistakes.missing
+        watched = report.watch is not None or self._spoilt_watch(path)
+        if missing(path, table, "wait") and missing(("gate",), self._gate, "wait") and may_wait(self._model, request):
             self._mistakes.say("E702", f"{name} can wait, and nothing says how long", path, "write wait = SECONDS")
-        if table.get("started") and report.watch is None:
+        if table.get("started") and not watched:
             advice = f'write [request."{request.name}".report] with watch, status and running'
             self._mistakes.say("E702", f"nothing tells when {name} has ended", (*path, "started"), advice)
-        if not idle and report.watch is None and "action" not in table:
+        unsaid = missing(path, table, "start") and missing(("gate",), self._gate, "start")
+        if not idle and unsaid and not watched and "action" not in table:
             advice = 'write start = "idle" if starting the server stops it, or a report with a watch'
             self._mistakes.say("E702", f"nothing tells whether {name} runs when the gate starts", path, advice)
-        if "service" in table and "refused" not in table:
+        if "service" in table and missing(path, table, "refused"):
             advice = 'write refused = { success = false, message = "{reason}" } with fields of its response'
             self._mistakes.say("E702", f"nothing tells a client that {name} was refused", path, advice)
         self._tools_only(path, name, table)
-        ends = isinstance(table.get("cancel"), dict) and table["cancel"].get("ends") is True
-        if "tool" in table and report.watch is None and not ends:
+        ends = table.get("cancel", {}).get("ends", False) is not False or not missing(path, {}, "cancel")
+        if "tool" in table and not watched and not ends:
             advice = "write a report with a watch, or cancel = { tool = …, ends = true }"
             message = f"a cancelled {name} may never be known to end: MCP servers do not answer what is cancelled"
             self._mistakes.say("E707", message, path, advice, "warning")
+
+    def _spoilt_watch(self, path: KeyPath) -> bool:
+        """Return whether a request has a report, or a watch in it, that is of the wrong type."""
+        return not {(*path, "report"), (*path, "report", "watch")}.isdisjoint(self._mistakes.spoilt)
 
     def _tools_only(self, path: KeyPath, name: str, table: Mapping[str, Any]) -> None:
         """Note what ROS 2 has no use for."""
@@ -206,7 +213,7 @@ class _Reader:
                 message = f"a watch cannot tell the {request.instances} instances of {quote(request.name)} apart"
                 self._mistakes.say("E706", message, (*path, "watch"))
             for key in ("status", "running"):
-                if key not in found:
+                if self._mistakes.missing(path, found, key):
                     self._mistakes.say("E702", f"a report with a watch has no `{key}`", path)
         meanings: dict[tuple[bool, Any], StatusMeaning] = {}
         fails: dict[tuple[bool, Any], str] = {}

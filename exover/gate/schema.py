@@ -142,6 +142,8 @@ class MistakeList:
 
     places: Places
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    spoilt: set[KeyPath] = field(default_factory=set)
+    """The keys whose values are of the wrong type: they are there, so nobody has to ask for them as well."""
 
     def say(self, code: str, message: str, path: KeyPath, help: str = "", severity: Severity = "error") -> None:
         """Note a mistake at the place of a key, or of the nearest table around it."""
@@ -159,9 +161,15 @@ class MistakeList:
                 self.say("E602", f"{what} has no key {quote(key)}", (*path, key), advice)
             elif not keys[key][0](value):
                 self.say("E603", f"{quote(key)} is not {keys[key][1]}", (*path, key), f"write {keys[key][1]}")
+                self.spoilt.add((*path, key))
             else:
                 good[key] = value
         return good
+
+    def missing(self, path: KeyPath, table: Mapping[str, Any], key: str) -> bool:
+        """Return whether a key is not there; `table`: the good entries of the one that should have it."""
+        whole = (*path, key)
+        return key not in table and not any(whole[:length] in self.spoilt for length in range(1, len(whole) + 1))
 
     def sorted(self) -> tuple[Diagnostic, ...]:
         """Return the mistakes in the order of the text."""

@@ -103,6 +103,28 @@ def test_a_default_that_is_a_value_is_taken(old: str, new: str) -> None:
     assert not mistakes(BIND.replace(old, new, 1))
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (BIND.split("\n\n")[0], "gate = 3"),
+        ("wait = 30", 'wait = "3"'),
+        ('start = "idle"', 'start = "busy"'),
+        ("started = true", 'started = true\nwait = "3"'),
+        ('status = "base.phase"', 'status = ""'),
+        ('running = ["moving"]', 'running = "moving"'),
+        ('[request."base.move".report]\nwatch = "state"', '[request."base.move".report]\nwatch = 3'),
+        ('cancel = { tool = "open", ends = true }', "cancel = 3"),
+        ('cancel = { tool = "open", ends = true }', 'cancel = { tool = "open", ends = "true" }'),
+        ('cancel = { tool = "open", ends = true }', 'cancel = { tool = "open", ends = true }\nreport = 3'),
+        ('[watch.state]\ntool = "get_state"', '[watch.state]\ntopic = "state"\ntype = 3'),
+    ],
+)
+def test_a_value_of_the_wrong_type_is_one_mistake(old: str, new: str) -> None:
+    assert BIND.count(old) == 1
+    (told,) = mistakes(BIND.replace(old, new))
+    assert told.startswith("error[E603]: ")
+
+
 def test_no_client_calls_what_is_for_the_gate_alone() -> None:
     found = binding_of(BIND.replace('pass = ["get_*"]', 'unbound = "pass"'), MODEL)
     assert found.passes("get_state") and found.passes("other")
