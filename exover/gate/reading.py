@@ -235,8 +235,11 @@ class _Reader:
     def _once(
         self, path: KeyPath, meanings: dict[tuple[bool, Any], StatusMeaning], status: Any, meaning: StatusMeaning
     ) -> None:
-        if key_of(status) in meanings:
-            self._mistakes.say("E705", f"the status {status!r} has two meanings", path)
+        before = meanings.get(key_of(status))
+        if before is not None:
+            advice = "once" if before == meaning else f"as {quote(meaning)} or as {quote(before)}"
+            message = f"the status {status!r} {'is listed twice' if before == meaning else 'has two meanings'}"
+            self._mistakes.say("E705", message, path, f"leave it in one list, {advice}")
         meanings[key_of(status)] = meaning
 
     def _named_watch(self, path: KeyPath, name: str | None) -> str | None:

@@ -109,13 +109,11 @@ def test_a_default_that_is_a_value_is_taken(old: str, new: str) -> None:
         (BIND.split("\n\n")[0], "gate = 3"),
         ("wait = 30", 'wait = "3"'),
         ('start = "idle"', 'start = "busy"'),
-        ("started = true", 'started = true\nwait = "3"'),
         ('status = "base.phase"', 'status = ""'),
         ('running = ["moving"]', 'running = "moving"'),
         ('[request."base.move".report]\nwatch = "state"', '[request."base.move".report]\nwatch = 3'),
         ('cancel = { tool = "open", ends = true }', "cancel = 3"),
         ('cancel = { tool = "open", ends = true }', 'cancel = { tool = "open", ends = "true" }'),
-        ('cancel = { tool = "open", ends = true }', 'cancel = { tool = "open", ends = true }\nreport = 3'),
         ('[watch.state]\ntool = "get_state"', '[watch.state]\ntopic = "state"\ntype = 3'),
     ],
 )
@@ -123,6 +121,13 @@ def test_a_value_of_the_wrong_type_is_one_mistake(old: str, new: str) -> None:
     assert BIND.count(old) == 1
     (told,) = mistakes(BIND.replace(old, new))
     assert told.startswith("error[E603]: ")
+
+
+def test_a_status_with_two_meanings_is_not_told_apart_by_when() -> None:
+    (told,) = mistakes(BIND.replace('ok = ["arrived"]', 'ok = ["arrived", "moving"]'))
+    assert "= help: leave it in one list, as `ok` or as `running`" in told
+    (told,) = mistakes(BIND.replace('blocked = ["bumper"]', 'blocked = ["bumper", "bumper"]'))
+    assert "the status 'bumper' is listed twice" in told and "= help: leave it in one list, once" in told
 
 
 def test_no_client_calls_what_is_for_the_gate_alone() -> None:
