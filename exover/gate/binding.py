@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from fnmatch import fnmatchcase
 from functools import cached_property
+from itertools import combinations
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
@@ -87,6 +88,16 @@ class RequestBinding:
     report: ReportBinding = ReportBinding()
     refused: tuple[tuple[FieldPath, Any], ...] = ()
     """What the response of a service to a refused call has, at paths; `{reason}` in a text is rule and reason."""
+
+    @property
+    def clash(self) -> tuple[FieldPath, FieldPath] | None:
+        """Two paths of a call that the gate makes itself of which one is in the way of the other, if there are such."""
+        fixed = [path for path, _ in dict.fromkeys((*self.when, *self.constants))]
+        for first, second in combinations([*(each.path for each in self.arguments), *fixed], 2):
+            shared = min(len(first), len(second))
+            if first[:shared] == second[:shared]:
+                return first, second
+        return None
 
     def meant(self, arguments: Any) -> bool:
         """Return whether a call with these outer arguments is of this request."""

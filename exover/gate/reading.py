@@ -65,6 +65,7 @@ class _Reader:
         posters = tuple(self._known_posters())
         self._ambiguous(requests)
         self._launchable(requests)
+        self._makeable(requests)
         self._unread(posters)
         binding = Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
         self._passed(binding)
@@ -351,6 +352,17 @@ class _Reader:
             if launch.request not in bound:
                 message = f"the launch rule {quote(launch.name)} requires {quote(launch.request)}, which is not bound"
                 self._mistakes.say("E706", message, ("request",), f'write [request."{launch.request}"]')
+
+    def _makeable(self, requests: tuple[RequestBinding, ...]) -> None:
+        """Note launch rules whose calls the gate could not make, or not as the tables have them."""
+        launched = {launch.request for launch in self._model.launches}
+        for bound in requests:
+            clash = bound.clash if bound.request in launched else None
+            if clash:
+                first, second = (quote(".".join(path)) for path in clash)
+                message = f"a launch rule requires {quote(bound.request)}, whose call cannot have {first} and {second}"
+                advice = "let no argument, condition of `when` or constant stand at, or within, another"
+                self._mistakes.say("E706", message, ("request", bound.request), advice)
 
     def _unread(self, posters: tuple[PosterBinding, ...]) -> None:
         read = {each.poster for each in posters} | set(self._content.get("poster", {}))

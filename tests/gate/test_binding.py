@@ -182,6 +182,23 @@ def test_what_a_launch_rule_requires_is_bound() -> None:
     assert [each.code for each in found if each.severity == "error"] == ["E706"]
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "clash"),
+    [
+        ('tool = "brake"', 'tool = "brake"\nconstants = { a = 1, "a.b" = 2 }', "base.stop"),
+        ('tool = "brake"', 'tool = "brake"\nwhen = { a = 1 }\nconstants = { a = 2 }', "base.stop"),
+        ('tool = "brake"', 'tool = "brake"\nwhen = { a = 1 }\nconstants = { a = 1, "b.c" = 2, "b.d" = 3 }', ""),
+        ('when = { command = "move" }', 'when = { command = "move" }\nconstants = { speed_percent = 9 }', "base.move"),
+        ('tool = "reach"', 'tool = "reach"\nconstants = { hand = "l" }', ""),  # no launch rule makes its call
+    ],
+)
+def test_the_call_of_a_launch_rule_can_be_made(old: str, new: str, clash: str) -> None:
+    rules = "poster tired: bool = false; launch rest: base.stop() when tired; launch go: base.move(0.5) when tired;"
+    found = read_binding(Source("b", BIND.replace(old, new)), model_of(SPEC + rules))[1]
+    told = [each.message for each in found if each.severity == "error"]
+    assert len(told) == bool(clash) and all(f"requires `{clash}`, whose call cannot have" in each for each in told)
+
+
 def test_whatever_is_cut_or_spoilt_is_told_and_never_a_fault() -> None:
     for offset in range(0, len(BIND), 7):
         for text in (BIND[:offset], BIND[:offset] + "[" + BIND[offset:], BIND[:offset] + BIND[offset + 5 :]):
