@@ -1,14 +1,19 @@
 """Streams, signals and processes: who goes away, who does not go, who does not read."""
 
 import json
+import math
+import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+
+from exover.gate.mcp.session import McpSession
 
 SPEC = """spec s;
 module m { request go(); request halt() { interrupts m.go; } }
@@ -155,6 +160,42 @@ def test_a_client_that_does_not_read_holds_nobody_up(tmp_path: Path) -> None:
     gone = session.process.poll()
     session.ended()
     assert gone == 0
+
+
+def test_a_server_is_ended_even_if_what_stops_fails(tmp_path: Path) -> None:
+    class Failing:
+        """A proxy that cannot stop what runs, which the server ends a moment later."""
+
+        due, left = math.inf, 2
+        gate = SimpleNamespace(binding=SimpleNamespace(longest_stop=60))
+        given_up = False
+
+        @property
+        def active(self) -> bool:
+            self.left -= 1
+            return self.left >= 0
+
+        def start(self) -> None: ...
+
+        def client_gone(self) -> None:
+            raise ValueError("no stop")
+
+        def give_up(self) -> None:
+            self.given_up = True
+
+    reading, writing = os.pipe()
+    os.close(writing)
+    answers, to_client = os.pipe()
+    (tmp_path / "server.py").write_text(f"import sys; sys.stdin.read(); open({str(tmp_path / 'ended')!r}, 'w')")
+    session = McpSession([sys.executable, str(tmp_path / "server.py")], (reading, to_client))
+    proxy: Any = Failing()
+    with pytest.raises(ValueError, match="no stop"):
+        session.run(proxy, 1024)
+    assert proxy.given_up and proxy.left < 0 and (tmp_path / "ended").exists()
+    for file in (reading, answers):
+        os.close(file)
+    assert session._server.stdout
+    session._server.stdout.close()
 
 
 def test_without_streams_nothing_starts(tmp_path: Path) -> None:
