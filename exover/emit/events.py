@@ -1,6 +1,6 @@
 """The events of a spec as functions of a typed API, in no language yet: what they are given, what they tell of."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Literal
 
 from exover.bounds.events import Bound, EventBounds
@@ -78,24 +78,27 @@ def _between(low: float, high: float) -> str:
     return f"{value_text(low)} .. {value_text(high)}"
 
 
-def structs(model: Model) -> Iterator[tuple[Struct, Struct]]:
-    """Yield the arguments and the results of each request."""
+def structs(model: Model, taken: Collection[str]) -> Iterator[tuple[Struct, Struct]]:
+    """Yield the arguments and the results of each request; no field has a name that is taken."""
     for request in model.requests:
         yield (
-            Struct(f"The arguments of {request.name}", _fields(request.params)),
-            Struct(f"What {request.name} returns if it ends well", _fields(request.results)),
+            Struct(f"The arguments of {request.name}", _fields(request.params, taken)),
+            Struct(f"What {request.name} returns if it ends well", _fields(request.results, taken)),
         )
 
 
-def _fields(params: Iterable[Parameter]) -> tuple[Field, ...]:
+def _fields(params: Iterable[Parameter], taken: Collection[str]) -> tuple[Field, ...]:
     params = tuple(params)
-    return tuple(field_of(p.type, name) for p, name in zip(params, fields(params), strict=True))
+    return tuple(field_of(p.type, name) for p, name in zip(params, fields(params, taken), strict=True))
 
 
-def calls(model: Model, most: EventBounds) -> Iterator[tuple[str, tuple[EventCall, ...]]]:
-    """Yield the calls of each request, poster and consumable, with its name in the spec."""
+def calls(model: Model, most: EventBounds, taken: Collection[str]) -> Iterator[tuple[str, tuple[EventCall, ...]]]:
+    """Yield the calls of each request, poster and consumable, with its name in the spec.
+
+    No argument or result has a name that is taken.
+    """
     for number, request in enumerate(model.requests):
-        yield request.name, tuple(_of_request(number, request, most))
+        yield request.name, tuple(_of_request(number, request, most, taken))
     index = ModelIndex(model)
     for place, (number, variable) in enumerate(index.posters):
         about, value = f"The poster {variable.name} reads a value", field_of(variable.type, "value")
@@ -105,11 +108,12 @@ def calls(model: Model, most: EventBounds) -> Iterator[tuple[str, tuple[EventCal
         yield resource.name, (EventCall("level", number, about, most.levels[number], fields=(value,)),)
 
 
-def _of_request(number: int, request: Request, most: EventBounds) -> Iterator[EventCall]:
+def _of_request(number: int, request: Request, most: EventBounds, taken: Collection[str]) -> Iterator[EventCall]:
     name, several, ended = request.name, request.instances > 1, most.reports[number]
     statuses = (Field(Statuses(number), "status"),) if request.statuses else ()
-    yield EventCall("ask", number, f"Somebody asks for {name}", most.asks[number], fields=_fields(request.params))
-    yield EventCall("ok", number, f"{name} has ended well", ended, several, _fields(request.results))
+    args, results = _fields(request.params, taken), _fields(request.results, taken)
+    yield EventCall("ask", number, f"Somebody asks for {name}", most.asks[number], fields=args)
+    yield EventCall("ok", number, f"{name} has ended well", ended, several, results)
     yield EventCall("failed", number, f"{name} has failed", ended, several, statuses)
     yield EventCall("interrupted", number, f"{name} has ended since it was told to", ended, several)
     yield EventCall("abort", number, f"{name} shall end", most.aborts[number], several)

@@ -1,7 +1,7 @@
 """The C identifiers of a spec, all made here: legal, of one prefix, each once; the same model gives the same names."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import field
 
 from exover.dataclass import dataclass
@@ -76,6 +76,8 @@ class SpecIdentifiers:
     typed: tuple[RequestNames, ...]
     observe: tuple[Call, ...]
     level: tuple[Call, ...]
+    taken: frozenset[str]
+    """All of these names, and those that every spec has."""
 
 
 @dataclass
@@ -120,7 +122,7 @@ FIGURES = (
 OWN_NAMES = (
     "tables", "reals", "words", "request_names", "variable_names", "stock_names", "reason_names", "reason_because",
     "param_names", "param_values", "variable_values", "status_names",
-    "checker", "answer", "event", "event_kind", "start", "cycle",
+    "checker", "answer", "event", "event_kind", "start", "start_stopped", "resume", "cycle",
     "start_recorded", "record",
 )  # fmt: skip
 """What else every spec has."""
@@ -135,9 +137,16 @@ RESERVED = frozenset((
     "mutable", "namespace", "new", "noexcept", "not", "not_eq", "operator", "or", "or_eq", "private", "protected",
     "public", "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid", "typename",
     "using", "virtual", "wchar_t", "xor", "xor_eq", "bool", "true", "false", "errno", "stdin", "stdout", "stderr",
-    "complex", "imaginary", "unix", "linux", "i386", "near", "far", "r2c", "answer", "slot", "status", "kind", "of",
+    "complex", "imaginary", "noreturn", "math_errhandling", "L_tmpnam", "L_ctermid", "L_cuserid", "P_tmpdir",
+    "st_atime", "st_ctime", "st_mtime", "h_errno", "h_addr", "d_fileno", "msg_cbytes", "AF_DECnet", "PF_DECnet",
+    "unix", "linux", "i386", "near", "far", "size_t", "ptrdiff_t", "r2c", "answer", "slot", "status", "kind", "of",
+    "values", "answered",
 ))  # fmt: skip
 """What a parameter cannot be called: keywords of C and C++, macros that a host may have, and names of ours."""
+FAMILIES = re.compile(
+    r"exover(_\w*)?|u?int\w*_t|(PRI|SCN)[a-zX]\w*|(sa|si|s6|sigev|if[acr])_\w*|M_[A-Z0-9_]+(l|f\d*x?)|_\w*", re.ASCII
+)
+"""Nor this: names of the runtime, and those that standard headers of C and POSIX have, or may come to have."""
 
 
 def figure(name: str, what: str) -> str:
@@ -164,6 +173,7 @@ def constants(model: Model, name: str) -> SpecIdentifiers:
         tuple(_typed(maker, request) for request in model.requests),
         tuple(maker.call("observe", variable.name) for _, variable in index.posters),
         tuple(maker.call("level", stock) for stock in index.stocks),
+        frozenset(maker.taken),
     )
 
 
@@ -199,12 +209,15 @@ def _typed(maker: _Maker, request: Request) -> RequestNames:
     )
 
 
-def fields(params: Iterable[Parameter]) -> tuple[str, ...]:
-    """Return what parameters or results are called in C: as in the spec, unless something else may have that name."""
+def fields(params: Iterable[Parameter], taken: Collection[str]) -> tuple[str, ...]:
+    """Return what parameters or results are called: as in the spec, unless something else may have that name.
+
+    `taken`: what else has a name where they are used, beside what any host in C may have.
+    """
     found: list[str] = []
     for parameter in params:
         name = parameter.name
-        if name in RESERVED or name.startswith("_") or name.isupper():
+        if name in RESERVED or name in taken or FAMILIES.fullmatch(name) or name.isupper():
             name = f"p_{name}"
         while name in found:
             name += "_"

@@ -50,7 +50,7 @@ class _Typed:
     @cached_property
     def groups(self) -> list[tuple[str, tuple[EventCall, ...]]]:
         """The events of each request, poster and consumable."""
-        return list(calls(self.model, self.most))
+        return list(calls(self.model, self.most, KEYWORDS))
 
     @cached_property
     def types(self) -> "TypeNames":
@@ -88,7 +88,7 @@ class _Typed:
         for _, events in self.groups:
             for event in events:
                 yield from self._method(event)
-        for number, (args, _) in enumerate(structs(self.model)):
+        for number, (args, _) in enumerate(structs(self.model, KEYWORDS)):
             if args.fields:
                 yield from self._reader(number, args)
             yield from self._viewers(number)
@@ -106,7 +106,7 @@ class _Typed:
                 yield from enum(self.types.enums[Statuses(number)], title, enumerate(request.statuses))
 
     def _structs(self) -> Iterator[str]:
-        pairs = zip(structs(self.model), self.types.args, self.model.requests, strict=True)
+        pairs = zip(structs(self.model, KEYWORDS), self.types.args, self.model.requests, strict=True)
         for (args, _), name, request in pairs:
             if args.fields:
                 yield f"/// The arguments of `{plain(request.name)}`."
@@ -114,7 +114,7 @@ class _Typed:
                 yield f"pub struct {name} {{"
                 for field in args.fields:
                     yield f"    /// {self._range(field)}."
-                    yield f"    pub {named(field)}: {self._type(field)},"
+                    yield f"    pub {field.name}: {self._type(field)},"
                 yield "}"
                 yield ""
 
@@ -128,7 +128,7 @@ class _Typed:
     # ---- methods ----
 
     def _method(self, event: EventCall) -> Iterator[str]:
-        ranges = "; ".join(f"`{named(field)}`: {field.range}" for field in event.fields if field.range)
+        ranges = "; ".join(f"`{field.name}`: {field.range}" for field in event.fields if field.range)
         yield f"    /// {plain(event.about)}.{f' {ranges}.' if ranges else ''}"
         yield f"    /// Bound: {event.bound.tests} tests, {event.bound.answers} answers."
         given = "".join(f", {parameter}" for parameter in self._parameters(event))
@@ -141,7 +141,7 @@ class _Typed:
         found = ["slot: u32"] if event.has_slot else []
         for field in event.fields:
             kind = self._type(field)
-            found.append(f"{named(field)}: {f'Option<{kind}>' if event.does == 'failed' else kind}")
+            found.append(f"{field.name}: {f'Option<{kind}>' if event.does == 'failed' else kind}")
         return found
 
     def _generic(self, event: EventCall) -> str:
@@ -166,13 +166,13 @@ class _Typed:
             case "observe":
                 return f"self.observe({subject}, {values})"
             case "level":
-                return f"self.observe_level({subject}, {named(event.fields[0])}.into())"
+                return f"self.observe_level({subject}, {event.fields[0].name}.into())"
             case _:
                 assert_never(event.does)
 
     def _value(self, field: Field) -> str:
         """Return the parameter as a value of the generic API."""
-        name, kind = named(field), self._type(field)
+        name, kind = field.name, self._type(field)
         if kind == "i32":
             return f"i64::from({name}).into()"
         return f"({name} as i64).into()" if isinstance(field.type, Enum | Statuses) else f"{name}.into()"
@@ -181,7 +181,7 @@ class _Typed:
         """Yield the method that tells the arguments of a request."""
         subject, names = self.model.requests[number].name, self.known.typed[number]
         several, kind = self.model.requests[number].instances > 1, self.types.args[number]
-        bound = ", ".join(named(field) for field in args.fields)
+        bound = ", ".join(field.name for field in args.fields)
         yield f"    /// The arguments that {plain(subject)} was launched with; None if there is no such slot."
         yield "    /// Bound: constant."
         slot = ", slot: u32" if several else ""
@@ -189,7 +189,7 @@ class _Typed:
         values = f"self.args(Request::{self.things['Request'][number]}, {'slot' if several else '0'})"
         yield f"        let [{bound}] = *<&[Value; {len(args.fields)}]>::try_from({values}?).ok()?;"
         yield f"        Some({kind} {{"
-        yield from (f"            {named(field)}: {self._read(field)}," for field in args.fields)
+        yield from (f"            {field.name}: {self._read(field)}," for field in args.fields)
         yield "        })"
         yield "    }"
         yield ""
@@ -211,7 +211,7 @@ class _Typed:
         yield ""
 
     def _read(self, field: Field) -> str:
-        name, kind = named(field), self._type(field)
+        name, kind = field.name, self._type(field)
         match kind:
             case "f64":
                 return f"{name}.real()"
@@ -239,7 +239,7 @@ class _Typed:
         yield "        for event in events {"
         yield "            let answers = match *event {"
         for event, variant in self.kinds:
-            names = [*(["slot"] if event.has_slot else []), *map(named, event.fields)]
+            names = [*(["slot"] if event.has_slot else []), *(field.name for field in event.fields)]
             pattern = f" {{ {', '.join(names)} }}" if names else ""
             yield f"                Event::{variant}{pattern} => self.{method(event, self.known)}({', '.join(names)}),"
         yield "            };"
@@ -287,8 +287,3 @@ def method(event: EventCall, known: SpecIdentifiers) -> str:
     """Return what the method of an event is called: as its function in C, without the name of the spec."""
     name = bare(function_of(event, known).function)
     return f"{name}_" if name.rstrip("_") == GENERIC else name
-
-
-def named(field: Field) -> str:
-    """Return what a parameter is called."""
-    return f"p_{field.name}" if field.name in KEYWORDS else field.name

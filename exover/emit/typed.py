@@ -39,7 +39,7 @@ Bound: that of each event, and `room`."""
 def api(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
     """Return the header of the declarations, to be read alone."""
     known, start = constants(model, name), prefix(name)
-    capi, every = CApi(known, start), tuple(calls(model, most))
+    capi, every = CApi(known, start), tuple(calls(model, most, known.taken))
     declarations = [
         "/* ---- values ---- */",
         "",
@@ -93,7 +93,7 @@ def _types(model: Model, capi: CApi) -> Iterator[str]:
         if request.statuses:
             yield f"/* Why {request.name} has failed. */"
             yield from _enum(names.statuses)
-    for (args, results), names in zip(structs(model), capi.known.typed, strict=True):
+    for (args, results), names in zip(structs(model, capi.known.taken), capi.known.typed, strict=True):
         yield from _struct(args, names.args, capi)
         yield from _struct(results, names.results, capi)
 

@@ -18,7 +18,7 @@ def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
     """Return the definitions."""
     known, start = constants(model, name), prefix(name)
     capi = CApi(known, start)
-    every = [event for _, group in calls(model, most) for event in group]
+    every = [event for _, group in calls(model, most, known.taken) for event in group]
     lines = [
         f"/* The checker of the spec {model.name}: see {name}_api.h. */",
         f'#include "{name}_api.h"',
@@ -105,7 +105,8 @@ def _definition(event: EventCall, capi: CApi) -> Iterator[str]:
 
 def _reading(model: Model, capi: CApi) -> Iterator[list[str]]:
     heads = readers(model, capi.known, capi.start)
-    pairs = zip(model.requests, capi.known.requests, structs(model), heads, strict=True)
+    every = structs(model, capi.known.taken)
+    pairs = zip(model.requests, capi.known.requests, every, heads, strict=True)
     for request, (constant, _), (args, _), reader in pairs:
         if reader:
             slot = "slot" if request.instances > 1 else "0"

@@ -2,7 +2,7 @@
 
 import re
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pytest
@@ -19,6 +19,20 @@ from exover.run.native import NativeEngine
 from tests.bounds.counting import random_events
 from tests.emit.odd import ODD
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
+
+WORDS = frozenset(("true", "false", "and", "or", "not", "implies", "with", "in", "self"))
+"""What the language keeps for itself."""
+TYPES = ("bool", "int in 0 .. 3", "kind", "real", "int in 0 .. 99999999999")
+HEADERS = (
+    "aio", "arpa/inet", "assert", "complex", "ctype", "dirent", "errno", "fcntl", "fenv", "float", "grp", "inttypes",
+    "iso646", "limits", "locale", "math", "mqueue", "net/if", "netdb", "netinet/in", "poll", "pthread", "pwd", "regex",
+    "sched", "semaphore", "setjmp", "signal", "spawn", "stdalign", "stdarg", "stdatomic", "stdbool", "stddef",
+    "stdint", "stdio", "stdlib", "stdnoreturn", "string", "strings", "sys/ipc", "sys/mman", "sys/msg", "sys/resource",
+    "sys/select", "sys/sem", "sys/shm", "sys/socket", "sys/stat", "sys/time", "sys/times", "sys/types", "sys/uio",
+    "sys/un", "sys/utsname", "sys/wait", "syslog", "termios", "tgmath", "threads", "time", "ucontext", "unistd",
+    "utime", "wchar", "wctype", "wordexp",
+)  # fmt: skip
+"""Those of C and POSIX."""
 
 
 class Translator:
@@ -129,7 +143,7 @@ def printer(model: Model, known: SpecIdentifiers) -> str:
             cases.append(f"        case {constant}: {{")
             cases.append(f"            {names.args} args;")
             cases.append(f"            if ({names.read}(&r2c, {slot}&args)) {{")
-            for parameter, field in zip(request.params, fields(request.params), strict=True):
+            for parameter, field in zip(request.params, fields(request.params, known.taken), strict=True):
                 value = ".real = args." if isinstance(parameter.type, Real) else ".integer = args."
                 cases.append(f'                printf(" %016" PRIx64, ((exover_value){{{value}{field}}}).bits);')
             cases += ["            }", "            break;", "        }"]
@@ -241,7 +255,65 @@ def test_identifiers_are_legal_and_each_once() -> None:
     assert [name for name in names if not re.fullmatch(r"[Ss][Pp][Ee][Cc]_\w+", name, re.ASCII)] == []
     assert "spec_x_answer_2" in names and "spec_x_kind" in names
     params = model_of(ODD).requests[0].params
-    assert fields(params) == ("k", "int_", "p_r2c", "p__y", "p_EOF", "p_linux")
+    assert fields(params, known.taken) == ("k", "int_", "p_r2c", "p__y", "p_EOF", "p_linux")
+
+
+def speaking(words: Iterable[str]) -> Model:
+    """Return a spec in which every word that may be one is a parameter and a result, a few in each request."""
+    used = sorted(set(words) - WORDS)
+    parts = [used[i : i + 20] for i in range(0, len(used), 20)]
+    requests = [
+        f"request a{i}({given}); request r{i}() returns ({given}) instances 2;"
+        for i, part in enumerate(parts)
+        for given in [", ".join(f"{word}: {TYPES[at % len(TYPES)]}" for at, word in enumerate(part))]
+    ]
+    return model_of(f"spec x; enum kind {{ one, two }} module m {{ {' '.join(requests)} }}")
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_a_parameter_may_be_called_like_anything_that_the_emitted_code_uses(compiler: str, tmp_path: Path) -> None:
+    found = build(speaking("abcde"))
+    texts = [artefact.content.decode() for artefact in c.emit(found.model, found.tables, "x")]
+    words = {word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text, re.ASCII)}
+    assert {"values", "answered", "exover_ask", "int64_t", "x_kind", "x_answer", "NULL", "begun"} < words
+    found = build(speaking(word for word in words if len(word) < 40))
+    main = "int main(void)\n{\n    return x_start(&r2c) != EXOVER_READY || zero > 0 || (0 && (show(NULL), 1));\n}\n"
+    assert run(found, main, tmp_path, compiler) == []
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_a_parameter_may_be_called_like_a_macro_of_a_standard_header(compiler: str, tmp_path: Path) -> None:
+    headers = [header for header in HEADERS if includes(compiler, header)]
+    text = "".join(f"#include <{header}.h>\n" for header in headers)
+    command = [compiler, "-D_GNU_SOURCE", "-dM", "-E", "-x", "c", "-"]
+    told = subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
+    words = set(re.findall(r"^#define ([A-Za-z]\w*) ", told, re.MULTILINE))
+    assert {"errno", "complex"} < words
+    found = build(speaking(word for word in words if not word.isupper()))
+    for artefact in c.emit(found.model, found.tables, "x"):
+        (tmp_path / artefact.name).write_bytes(artefact.content)
+    (tmp_path / "main.c").write_text(f'{text}#include "x_api.h"\n')
+    command = [compiler, "-D_GNU_SOURCE", "-fsyntax-only", "main.c"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:4000]
+
+
+def includes(compiler: str, header: str) -> bool:
+    command, text = [compiler, "-fsyntax-only", "-x", "c", "-"], f"#include <{header}.h>\n"
+    return subprocess.run(command, input=text, capture_output=True, text=True, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["resume", "start_stopped", "cycle", "record"])
+def test_an_enum_may_be_called_like_a_function_of_every_spec(name: str, tmp_path: Path) -> None:
+    found = build(model_of(f"spec x; enum {name} {{ a, b }} module m {{ request r(how: {name}); }}"))
+    main = "int main(void)\n{\n    return x_start(&r2c) != EXOVER_READY || zero > 0 || (0 && (show(NULL), 1));\n}\n"
+    assert run(found, main, tmp_path) == []
+
+
+def test_two_parameters_that_get_one_name_get_two() -> None:
+    params = model_of("spec s; module m { request r(values: bool, p_values: bool, fn: bool, p_fn: bool); }").requests[0]
+    assert fields(params.params, ()) == ("p_values", "p_values_", "fn", "p_fn")
+    assert fields(params.params, {"fn"}) == ("p_values", "p_values_", "p_fn", "p_fn_")
 
 
 def test_the_header_tells_ranges_types_and_bounds() -> None:

@@ -12,7 +12,7 @@ from exover.emit import rust
 from exover.emit.events import EventCall, Statuses, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
-from exover.emit.rusttyped import method, named, type_names
+from exover.emit.rusttyped import KEYWORDS, method, type_names
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
@@ -74,7 +74,7 @@ class Writer:
         self.model = found.model
         self.known = constants(found.model, START)
         self.types = type_names(self.known)
-        every = [event for _, group in calls(found.model, bounds(found.tables)) for event in group]
+        every = [event for _, group in calls(found.model, bounds(found.tables), KEYWORDS) for event in group]
         self.calls = {(call.does, call.number): call for call in every}
         methods = [method(call, self.known) for call in every]
         self.variants = dict(zip(methods, variants(methods), strict=True))
@@ -144,18 +144,18 @@ class Writer:
     def element(self, event: Event) -> str:
         call, slot, typed, _ = self.parts(event)
         members = [*([f"slot: {slot}"] if call.has_slot else [])]
-        members += [f"{named(field)}: {value}" for field, value in zip(call.fields, typed, strict=True)]
+        members += [f"{field.name}: {value}" for field, value in zip(call.fields, typed, strict=True)]
         return f"Event::{self.variants[method(call, self.known)]} {{ {', '.join(members)} }}"
 
     def arguments(self) -> str:
         """Return the lines that compare what is told of the arguments of all slots."""
         lines = []
-        for number, ((args, _), names) in enumerate(zip(structs(self.model), self.known.typed, strict=True)):
+        for number, ((args, _), names) in enumerate(zip(structs(self.model, KEYWORDS), self.known.typed, strict=True)):
             request = self.model.requests[number]
             for slot in range(request.instances if args.fields else 0):
                 read = f"typed.{names.read.removeprefix('x_')}({slot if request.instances > 1 else ''})"
                 bits = [
-                    f"Value::from(at.{named(field)}{'' if field.type in ('double', 'bool') else ' as i64'})"
+                    f"Value::from(at.{field.name}{'' if field.type in ('double', 'bool') else ' as i64'})"
                     for field in args.fields
                 ]
                 told = f"{read}.map(|at| vec![{', '.join(bits)}])"
