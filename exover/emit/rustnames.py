@@ -10,8 +10,8 @@ from exover.ocrd.reasons import reasons
 
 START = "x"
 """What the constants of identifiers.py begin with here, where a module is a prefix already: it is cut off again."""
-TAKEN = "Self"
-"""The one word in this case that Rust keeps for itself."""
+TAKEN = ("Self", "ALL")
+"""What no variant and no type may be called: a word that Rust keeps for itself, and the constant of every enum."""
 
 
 def names(model: Model) -> str:
@@ -77,7 +77,7 @@ def enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[s
 
 def variants(texts: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
     """Return names in camel case, each once and none that is taken: the second of a name gets `_2`."""
-    found = dict.fromkeys([TAKEN, *taken])
+    found = dict.fromkeys([*TAKEN, *taken])
     before = len(found)
     for text in texts:
         words = re.split(r"[\W_]+", text, flags=re.ASCII)

@@ -17,6 +17,7 @@ from exover.ocrd.tables import Tables
 SCALARS = {"bool": "bool", "int32": "i32", "int64": "i64", "double": "f64"}
 USED = (
     "Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "View", "Option", "Some", "None",
+    "FnMut",
 )  # fmt: skip
 """Types that this module speaks of: none of its own may be called so."""
 GENERIC = "observe_level"
@@ -27,6 +28,8 @@ KEYWORDS = frozenset((
     "unsafe", "unsized", "use", "where", "yield",
 ))  # fmt: skip
 """What no parameter may be called, beyond what none may in C."""
+PATTERNS = frozenset(("Self", "None", "Some", "Ok", "Err", "Value"))
+"""What stands for itself in a pattern, so that nothing can be bound to it."""
 
 
 def typed(model: Model, tables: Tables, most: EventBounds) -> str:
@@ -50,7 +53,7 @@ class _Typed:
     @cached_property
     def groups(self) -> list[tuple[str, tuple[EventCall, ...]]]:
         """The events of each request, poster and consumable."""
-        return list(calls(self.model, self.most, KEYWORDS))
+        return list(calls(self.model, self.most, taken(self.known)))
 
     @cached_property
     def types(self) -> "TypeNames":
@@ -88,7 +91,7 @@ class _Typed:
         for _, events in self.groups:
             for event in events:
                 yield from self._method(event)
-        for number, (args, _) in enumerate(structs(self.model, KEYWORDS)):
+        for number, (args, _) in enumerate(structs(self.model, taken(self.known))):
             if args.fields:
                 yield from self._reader(number, args)
             yield from self._viewers(number)
@@ -106,7 +109,7 @@ class _Typed:
                 yield from enum(self.types.enums[Statuses(number)], title, enumerate(request.statuses))
 
     def _structs(self) -> Iterator[str]:
-        pairs = zip(structs(self.model, KEYWORDS), self.types.args, self.model.requests, strict=True)
+        pairs = zip(structs(self.model, taken(self.known)), self.types.args, self.model.requests, strict=True)
         for (args, _), name, request in pairs:
             if args.fields:
                 yield f"/// The arguments of `{plain(request.name)}`."
@@ -276,6 +279,11 @@ def type_names(known: SpecIdentifiers) -> TypeNames:
     enums: dict[Enum | Statuses, str] = dict(zip(known.enums, found[:count], strict=True))
     enums |= {Statuses(number): name for number, name in enumerate(found[count::2])}
     return TypeNames(enums, tuple(found[count + 1 :: 2]))
+
+
+def taken(known: SpecIdentifiers) -> frozenset[str]:
+    """Return what no parameter may be called; also not like a value of an enum, for rustc takes that for a mistake."""
+    return KEYWORDS | PATTERNS | {variant for kind in known.enums for variant in variants(kind.values)}
 
 
 def bare(name: str) -> str:

@@ -1,4 +1,8 @@
-"""A spec whose names and texts are odd in C and in Rust."""
+"""Specs whose names and texts are odd in C and in Rust."""
+
+from collections.abc import Iterable
+
+from exover.syntax.lex import RESERVED
 
 ODD = r"""
 spec _x;
@@ -17,3 +21,16 @@ poster LONG_MAX: kind = int;
 poster state: real = 0 else 1;
 resource fuel: 10 consumable;
 """
+TYPES = ("bool", "int in 0 .. 3", "kind", "real", "int in 0 .. 99999999999")
+
+
+def speaking(words: Iterable[str]) -> str:
+    """Return a spec in which every word that may be one is a parameter and a result, a few in each request."""
+    used = sorted(set(words) - RESERVED)
+    parts = [used[i : i + 20] for i in range(0, len(used), 20)]
+    requests = [
+        f"request a{i}({given}); request r{i}() returns ({given}) instances 2;"
+        for i, part in enumerate(parts)
+        for given in [", ".join(f"{word}: {TYPES[at % len(TYPES)]}" for at, word in enumerate(part))]
+    ]
+    return f"spec x; enum kind {{ one, two }} module m {{ {' '.join(requests)} }}"

@@ -2,7 +2,7 @@
 
 import re
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,12 +17,9 @@ from exover.model.wire import read_event
 from exover.pipeline import Build, build
 from exover.run.native import NativeEngine
 from tests.bounds.counting import random_events
-from tests.emit.odd import ODD
+from tests.emit.odd import ODD, speaking
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
 
-WORDS = frozenset(("true", "false", "and", "or", "not", "implies", "with", "in", "self"))
-"""What the language keeps for itself."""
-TYPES = ("bool", "int in 0 .. 3", "kind", "real", "int in 0 .. 99999999999")
 HEADERS = (
     "aio", "arpa/inet", "assert", "complex", "ctype", "dirent", "errno", "fcntl", "fenv", "float", "grp", "inttypes",
     "iso646", "limits", "locale", "math", "mqueue", "net/if", "netdb", "netinet/in", "poll", "pthread", "pwd", "regex",
@@ -258,25 +255,13 @@ def test_identifiers_are_legal_and_each_once() -> None:
     assert fields(params, known.taken) == ("k", "int_", "p_r2c", "p__y", "p_EOF", "p_linux")
 
 
-def speaking(words: Iterable[str]) -> Model:
-    """Return a spec in which every word that may be one is a parameter and a result, a few in each request."""
-    used = sorted(set(words) - WORDS)
-    parts = [used[i : i + 20] for i in range(0, len(used), 20)]
-    requests = [
-        f"request a{i}({given}); request r{i}() returns ({given}) instances 2;"
-        for i, part in enumerate(parts)
-        for given in [", ".join(f"{word}: {TYPES[at % len(TYPES)]}" for at, word in enumerate(part))]
-    ]
-    return model_of(f"spec x; enum kind {{ one, two }} module m {{ {' '.join(requests)} }}")
-
-
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_a_parameter_may_be_called_like_anything_that_the_emitted_code_uses(compiler: str, tmp_path: Path) -> None:
-    found = build(speaking("abcde"))
+    found = build(model_of(speaking("abcde")))
     texts = [artefact.content.decode() for artefact in c.emit(found.model, found.tables, "x")]
     words = {word for text in texts for word in re.findall(r"[A-Za-z_]\w*", text, re.ASCII)}
     assert {"values", "answered", "exover_ask", "int64_t", "x_kind", "x_answer", "NULL", "begun"} < words
-    found = build(speaking(word for word in words if len(word) < 40))
+    found = build(model_of(speaking(word for word in words if len(word) < 40)))
     main = "int main(void)\n{\n    return x_start(&r2c) != EXOVER_READY || zero > 0 || (0 && (show(NULL), 1));\n}\n"
     assert run(found, main, tmp_path, compiler) == []
 
@@ -289,7 +274,7 @@ def test_a_parameter_may_be_called_like_a_macro_of_a_standard_header(compiler: s
     told = subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
     words = set(re.findall(r"^#define ([A-Za-z]\w*) ", told, re.MULTILINE))
     assert {"errno", "complex"} < words
-    found = build(speaking(word for word in words if not word.isupper()))
+    found = build(model_of(speaking(word for word in words if not word.isupper())))
     for artefact in c.emit(found.model, found.tables, "x"):
         (tmp_path / artefact.name).write_bytes(artefact.content)
     (tmp_path / "main.c").write_text(f'{text}#include "x_api.h"\n')

@@ -1,5 +1,6 @@
 """The typed API in Rust: every method answers as the generic API does, and cycles as their events one after another."""
 
+import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,14 +13,14 @@ from exover.emit import rust
 from exover.emit.events import EventCall, Statuses, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
-from exover.emit.rusttyped import KEYWORDS, method, type_names
+from exover.emit.rusttyped import method, taken, type_names
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
 from exover.run.rust import FLAGS, build_crate, find_rustc
 from tests.bounds.counting import random_events
-from tests.emit.odd import ODD
+from tests.emit.odd import ODD, speaking
 from tests.runtime.compiling import ROOT, built, model_of
 
 pytestmark = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
@@ -74,7 +75,7 @@ class Writer:
         self.model = found.model
         self.known = constants(found.model, START)
         self.types = type_names(self.known)
-        every = [event for _, group in calls(found.model, bounds(found.tables), KEYWORDS) for event in group]
+        every = [event for _, group in calls(found.model, bounds(found.tables), taken(self.known)) for event in group]
         self.calls = {(call.does, call.number): call for call in every}
         methods = [method(call, self.known) for call in every]
         self.variants = dict(zip(methods, variants(methods), strict=True))
@@ -150,7 +151,9 @@ class Writer:
     def arguments(self) -> str:
         """Return the lines that compare what is told of the arguments of all slots."""
         lines = []
-        for number, ((args, _), names) in enumerate(zip(structs(self.model, KEYWORDS), self.known.typed, strict=True)):
+        for number, ((args, _), names) in enumerate(
+            zip(structs(self.model, taken(self.known)), self.known.typed, strict=True)
+        ):
             request = self.model.requests[number]
             for slot in range(request.instances if args.fields else 0):
                 read = f"typed.{names.read.removeprefix('x_')}({slot if request.instances > 1 else ''})"
@@ -206,6 +209,37 @@ def test_every_event_is_that_of_the_generic_api(found: Build, tmp_path: Path) ->
 def test_odd_names_compile(text: str, tmp_path: Path) -> None:
     """No code is made of them: all that is said of names is said before."""
     crate(build(model_of(text)), tmp_path, "--emit=metadata")
+
+
+KEPT = (
+    "as async await become box crate do dyn final gen impl let loop macro match mod move mut override priv pub ref "
+    "super trait try type typeof unsafe unsized use virtual where yield union raw safe auto default macro_rules "
+    "Self self_ None Some Ok Err Vec Box String Result Option drop Drop Fn FnMut Copy Clone Into From TryFrom"
+)
+"""Words of Rust, and names that are there without being imported."""
+LIKE_THINGS = """spec x;
+enum FnMut { ALL, Self, None, some, Ok } enum ALL { Err, all } enum Value { a } enum None { b } enum Clone { c }
+poster ALL: ALL = all; poster Self: FnMut = some; resource None: 5 consumable; resource Some: 5 consumable;
+module Self { request ALL(x: FnMut, y: Value, z: None, t: Clone) returns (u: ALL) fails (ALL, None, Self) instances 2;
+    request None(); request Self(); }
+module crate { request super(); request None(); } module ALL { request r(); } module None { request Some(); }
+mutex ALL: Self.ALL, Self.None; mutex Self: Self.None, Self.Self;
+"""
+
+
+@pytest.mark.parametrize("flags", [(), ("--cfg", 'feature="names"', "--cfg", 'feature="black-box"')], ids=["", "all"])
+def test_a_parameter_may_be_called_like_anything_that_the_emitted_code_uses(
+    flags: tuple[str, ...], tmp_path: Path
+) -> None:
+    found = build(model_of(speaking("abcde")))
+    texts = {artefact.name: artefact.content.decode() for artefact in rust.emit(found.model, found.tables, "x")}
+    words = {word for name in ("api", "names") for word in re.findall(r"[A-Za-z_]\w*", texts[f"src/{name}.rs"])}
+    assert {"Value", "self", "Some", "i64", "usize", "Kind"} < words
+    crate(build(model_of(speaking(words | set(KEPT.split())))), tmp_path, "--emit=metadata", *flags)
+
+
+def test_things_may_be_called_like_words_of_rust(tmp_path: Path) -> None:
+    crate(build(model_of(LIKE_THINGS)), tmp_path, "--emit=metadata", "--cfg", 'feature="names"')
 
 
 def test_the_module_tells_ranges_types_and_bounds() -> None:
