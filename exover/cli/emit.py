@@ -10,7 +10,7 @@ from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
-from exover.cli.neighbours import neighbours, spared
+from exover.cli.neighbours import neighbours, refuse_foreign_crate, spared
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.emit.artefact import Artefact
@@ -77,6 +77,7 @@ def _write(
         return ExitStatus.UNKNOWN
     except TooLarge as reason:
         raise CliError(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
+    refuse_foreign_crate(arguments.out, artefacts)
     out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
     if beside:
         names = " and ".join([built.model.name, *(each.name for each in beside)])

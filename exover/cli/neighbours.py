@@ -1,4 +1,4 @@
-"""What is in a folder already: tables of other specs, served by one configuration, or a host's own CMakeLists.txt."""
+"""What is in a folder already: tables of other specs, served by one configuration, or a host's own files."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +10,7 @@ from exover.cli.streams import complain
 from exover.emit.artefact import Artefact
 from exover.emit.buildfiles import CMAKE, MARK
 from exover.emit.config import FILE, Needs, read
+from exover.emit.rust import MANIFEST, MARKS, ROOT
 from exover.ocrd.tables import Tables
 
 TABLES = "_tables.c"
@@ -55,9 +56,30 @@ def _configuration(folder: Path) -> str:
 def spared(folder: str, artefacts: Sequence[Artefact]) -> Sequence[Artefact]:
     """Return the artefacts but a CMakeLists.txt in the place of one that exover has not written; the user is told."""
     path = Path(folder) / CMAKE
-    if not path.is_file() or path.read_bytes().startswith(MARK.encode()):
+    if not path.is_file() or _begins(path, MARK):
         return artefacts
     kept = [artefact for artefact in artefacts if artefact.name != CMAKE]
     if len(kept) < len(artefacts):
         complain(f"exover: note: {path} is not one of exover's and stays as it is")
     return kept
+
+
+def refuse_foreign_crate(folder: str, artefacts: Sequence[Artefact]) -> None:
+    """Raise `CliError` if a file of the crate would replace one that exover has not written.
+
+    A manifest and a root of a crate are told by how they begin; the other sources are whose root stands beside them.
+    """
+    root = Path(folder) / ROOT
+    ours = root.is_file() and _begins(root, MARKS[ROOT])
+    for name in [each.name for each in artefacts if each.name == MANIFEST or each.name.startswith("src/")]:
+        path = Path(folder) / name
+        if path.is_file() and not (_begins(path, MARKS[MANIFEST]) if name == MANIFEST else ours):
+            raise CliError(
+                f"{path} is not one of exover's, and the crate would replace it: nothing is written; emit the crate "
+                "into a folder of its own"
+            )
+
+
+def _begins(path: Path, mark: str) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(mark.encode())) == mark.encode()

@@ -33,12 +33,15 @@ RESERVED = {
     "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 }  # fmt: skip
 """What no package may be called."""
+MANIFEST, ROOT = "Cargo.toml", "src/lib.rs"
+MARKS = {MANIFEST: "# The checker of the spec ", ROOT: "//! The checker of an exover spec"}
+"""How these files begin if the crate in a folder is ours to replace, whichever version of exover wrote it."""
 
 
 def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:
     """Return the files of the crate."""
     return (
-        Artefact("Cargo.toml", _manifest(model, name).encode()),
+        Artefact(MANIFEST, _manifest(model, name).encode()),
         *emit_sources(model, tables, name, "src/", most),
     )
 
@@ -68,7 +71,7 @@ def package(name: str) -> str:
 
 
 def _manifest(model: Model, name: str) -> str:
-    return f"""# The checker of the spec {model.name}: `no_std`, no dependencies.
+    return f"""{MARKS[MANIFEST]}{model.name}: `no_std`, no dependencies.
 [package]
 name = "{package(name)}"
 version = "0.0.0"
