@@ -31,6 +31,13 @@ KEYWORDS = frozenset((
 PATTERNS = frozenset(("Self", "None", "Some", "Ok", "Err", "Value"))
 """What stands for itself in a pattern, so that nothing can be bound to it."""
 
+ARGUMENTS = (
+    "They are kept when it has ended; before its",
+    "first launch all are 0, whatever their ranges: the phase of the slot tells whether it is active.",
+    "None if there is no such slot, if nothing was loaded, or if they have changed since, which is a fault.",
+    "Bound: constant.",
+)
+
 
 def typed(model: Model, tables: Tables, most: EventBounds) -> str:
     """Return the source of the module `api`."""
@@ -185,8 +192,8 @@ class _Typed:
         subject, names = self.model.requests[number].name, self.known.typed[number]
         several, kind = self.model.requests[number].instances > 1, self.types.args[number]
         bound = ", ".join(field.name for field in args.fields)
-        yield f"    /// The arguments that {plain(subject)} was launched with; None if there is no such slot."
-        yield "    /// Bound: constant."
+        yield f"    /// The arguments that {plain(subject)} was launched with last. {ARGUMENTS[0]}"
+        yield from (f"    /// {line}" for line in ARGUMENTS[1:])
         slot = ", slot: u32" if several else ""
         yield f"    pub fn {bare(names.read)}(&self{slot}) -> Option<{kind}> {{"
         values = f"self.args(Request::{self.things['Request'][number]}, {'slot' if several else '0'})"

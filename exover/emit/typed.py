@@ -35,6 +35,10 @@ has `room` places, and `said` is how many. An event is taken if {room} places ar
 returns how many were. The places behind have the kind 0, which is no answer. The others are for the next call.
 Bound: that of each event, and `room`."""
 
+ARGUMENTS = """They are kept when it has ended; before its first launch all are 0, whatever their ranges: the phase of
+the slot tells whether it is active. False if there is no such slot, if the checker was never started, or if they have
+changed since, which is a fault. Bound: constant."""
+
 
 def api(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
     """Return the header of the declarations, to be read alone."""
@@ -188,8 +192,7 @@ def _declarations(model: Model, capi: CApi, every: Iterable[tuple[str, tuple[Eve
             yield f"{capi.signature(event)};"
             yield ""
         if subject in told:
-            about = f"The arguments that {subject} was launched with; false if there is no such slot"
-            yield from _comment(f"{about}. Bound: constant.")
+            yield from _comment(f"The arguments that {subject} was launched with last. {ARGUMENTS}")
             yield f"{told.pop(subject)};"
             yield ""
         if subject in seen:

@@ -508,8 +508,8 @@ size_t exover_verify(exover *r2c, size_t count);
 exover_spent exover_cost(const exover *r2c);
 #endif
 
-/* The arguments that a slot was launched with; NULL if there is no such slot, or if they are not what their complements
- * say, which is a fault. Bound: constant. */
+/* The arguments that a slot was launched with last, kept when it has ended; 0 before its first launch. NULL if there is no
+ * such slot, or if they are not what their complements say, which is a fault. Bound: constant. */
 const exover_value *exover_args(exover *r2c, int32_t request, int32_t slot);
 
 /* What a slot (the first three) or a waiting place holds: a slot is active while it runs and while it stops, a place is

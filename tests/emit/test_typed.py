@@ -319,6 +319,34 @@ def test_the_header_tells_ranges_types_and_bounds() -> None:
         assert "Bound" in text[: text.index(function)].rpartition("/*")[2], function
 
 
+ARGUMENTS = """
+static void tell(void)
+{
+    x_m_r_args args = {-1, -1};
+    bool known = x_args_m_r(&r2c, &args);
+    printf("%d %d %g %d\\n", known, (int)args.n, args.v, x_slot_m_r(&r2c).phase == EXOVER_RUNNING);
+}
+
+int main(void)
+{
+    tell();
+    (void)x_start(&r2c); tell();
+    (void)x_ask_m_r(&r2c, 4, 1.5, NULL); tell();
+    (void)x_report_m_r_ok(&r2c, NULL); tell();
+    (void)x_start_stopped(&r2c); tell();
+    return zero > 0 || (0 && (show(NULL), 1));
+}
+"""
+
+
+def test_arguments_are_those_of_the_last_launch(tmp_path: Path) -> None:
+    found = build(model_of("spec x; module m { request r(n: int in 3 .. 9, v: real in 0.5 .. 2); }"))
+    assert run(found, ARGUMENTS, tmp_path) == ["0 -1 -1 0", "1 0 0 0", "1 4 1.5 1", "1 4 1.5 0", "1 0 0 0"]
+    (header,) = [a.content.decode() for a in c.emit(found.model, found.tables, "x") if a.name == "x_api.h"]
+    said = " ".join(header.replace("\n *", "").split())
+    assert "launched with last. They are kept when it has ended; before its first launch all are 0" in said
+
+
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_names_can_be_left_out(compiler: str, tmp_path: Path) -> None:
     found = built(ROOT / "specs" / "rover.exo")

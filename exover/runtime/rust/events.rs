@@ -74,8 +74,8 @@ impl Checker<'_> {
         self.noted()
     }
 
-    /// The arguments that a slot was launched with; None if there is no such slot, or if they are not what their
-    /// complements say, which is a fault.
+    /// The arguments that a slot was launched with last, kept when it has ended; 0 before its first launch. None if there is no
+    /// such slot, or if they are not what their complements say, which is a fault.
     pub fn args(&self, request: Request, slot: u32) -> Option<&[Value]> {
         if !self.knows_tables() {
             return None;
