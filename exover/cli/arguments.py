@@ -6,7 +6,20 @@ from typing import Any
 
 from exover import __version__
 from exover.cli.parsing import Lists, Parser
-from exover.cli.values import FORMS, USUAL_JOBS, cores, domain, jobs, limit, mebibytes, names, output, renaming, seconds
+from exover.cli.values import (
+    FORMS,
+    USUAL_JOBS,
+    cores,
+    domain,
+    folder,
+    jobs,
+    limit,
+    mebibytes,
+    names,
+    output,
+    renaming,
+    seconds,
+)
 
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
@@ -251,7 +264,7 @@ def _emit(verbs: Any) -> None:
         help="C sources (c), a Rust crate (rust), the bytes alone (bin), json, a drawing (dot); or what is asked, for "
         "Z3 (smt2), NuSMV (smv) or ABC (aiger)",
     )
-    emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
+    emit.add_argument("--out", metavar="DIR", type=folder, required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)
 

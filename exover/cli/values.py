@@ -25,6 +25,13 @@ def output(text: str) -> tuple[str, str]:
     return form, file
 
 
+def folder(text: str) -> str:
+    """Return the path of a folder: any but an empty one."""
+    if text:
+        return text
+    raise argparse.ArgumentTypeError("the name of the folder is empty; . is the current one")
+
+
 def renaming(text: str) -> tuple[str, str]:
     """Return the two requests of `OLD=NEW`."""
     old, _, new = text.partition("=")

@@ -76,6 +76,7 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
         (("check",), "SPEC"),
         (("emit", "a", "--out", "x"), "--target"),
         (("emit", "a", "--target", "c"), "--out"),
+        (("emit", "a", "--target", "c", "--out", ""), "argument --out: the name of the folder is empty"),
         (("emit", "a", "--target", "pdf", "--out", "x"), "invalid choice: 'pdf'"),
     ],
 )
