@@ -30,18 +30,15 @@ def differences(model: Model, data: bytes) -> Iterator[str]:
     """
     try:
         tables = _tables(data)
-    except Refused as reason:
+    except (Refused, packing.DamagedTable) as reason:
         yield str(reason)
         return
     if tables.digest != digest(model):
         yield "they were made of another spec: its sha256 is in their header"
         return
-    misplaced = list(_misplaced(tables))
-    if misplaced:
-        yield from misplaced
-        return
     try:
-        yield from _otherwise(model, tables)
+        misplaced = list(_misplaced(tables))
+        yield from misplaced or _otherwise(model, tables)
     except TooLarge as reason:
         raise UndecidedBytes(str(reason)) from reason
     except (IndexError, KeyError, ValueError):
