@@ -9,7 +9,7 @@ from typing import Any
 
 from exover.certificate.step import FACTS, Event, TableStep, counted, inputs, layout, within
 from exover.certificate.table import NONE, REAL, Refused, Table
-from exover.certificate.term import conj, disj, lifted, neg, z3
+from exover.certificate.term import conj, disj, lifted, neg, plain, z3
 
 TOKEN = re.compile(r"[()]|[^\s()]+")
 WORDS = re.compile(r"[()=<>+*/-]|[<>]=|and|or|not|ite|let|true|false|n?\d+(\.\d+)?")
@@ -86,7 +86,7 @@ class Checker:
             (found,) = z3().parse_smt2_string(f"(assert {text})", decls={name: known[name] for name in names})
         except (z3().Z3Exception, ValueError) as error:
             raise Refused(f"a formula is none: {error}") from error
-        return True if z3().is_true(found) else False if z3().is_false(found) else found
+        return plain(found)
 
     def _where(self, request: int, text: str) -> Callable[[list[Any]], Any]:
         """Return what a text says of the arguments of a request."""
@@ -95,12 +95,7 @@ class Checker:
         where = self.formula(text, names)
         if not self.reads(where).keys() <= names.keys():
             raise Refused("what is watched is not about arguments alone")
-
-        def truth(args: list[Any]) -> Any:
-            found = z3().simplify(lifted(self.at(where, dict(zip(names, args, strict=True)))))
-            return True if z3().is_true(found) else False if z3().is_false(found) else found
-
-        return truth
+        return lambda args: plain(z3().simplify(lifted(self.at(where, dict(zip(names, args, strict=True))))))
 
     def reads(self, expr: Any) -> dict[str, Any]:
         """Return the names that a formula reads, each with what stands for it."""
@@ -127,7 +122,7 @@ class Checker:
 
     def true(self, expr: Any, state: dict[str, Any]) -> bool:
         """Return whether a formula is true of a concrete moment."""
-        return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state)))))
+        return plain(z3().simplify(lifted(self.at(expr, state)))) is True
 
     def refute(self, what: str, given: list[Any], *parts: Any) -> None:
         """Return iff no state is as all of the parts say; `Refused` if one is, `SolverGaveUp` if that is not known."""

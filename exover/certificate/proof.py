@@ -51,7 +51,7 @@ class Proof:
                 return disj(*[self.bound(part, inside) for part in parts])
             case ["X", _] | ["U", _, _] if self.claim["linear"]:
                 return self._promise(*said[1:])
-            case ["EX" | "EU" | "EG", *_] if not self.claim["linear"]:
+            case ["EX" | "EG", _] | ["EU", _, _] if not self.claim["linear"]:
                 return self._before(said, inside)[said[0] != "EX"]
         raise Refused("the claim is none")
 
@@ -81,23 +81,18 @@ class Proof:
                 stay = self.bound(part, inside)
                 if proof is None and inside:
                     return False, False
-            case _:
-                raise Refused("the claim is none")
         found = self._rule(said[0], inside, proof, True, stay, goal)
         return found, disj(goal, conj(stay, found))
 
     def _rule(self, operator: str, inside: bool, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
         """Return a bound on the moments with a step to the goal, or to where it can stay and are of the bound again."""
-        endless = operator in ("EG", "linear")
-        rules = {
-            ("run", True, False): self.run,
-            ("run", True, True): self.lasso,
-            ("layers", True, False): self.layers,
-            ("ranking", False, True): self.ranking,
-            ("closed", False, False): self.closed,
-            ("invariant", False, False): self.invariant,
+        rules: Any = {
+            (True, False): {"run": self.run, "layers": self.layers},
+            (True, True): {"run": self.lasso},
+            (False, True): {"ranking": self.ranking},
+            (False, False): {"closed": self.closed, "invariant": self.invariant},
         }
-        rule = rules.get((proof["kind"], inside, endless))
+        rule = rules[inside, operator in ("EG", "linear")].get(proof["kind"])
         if rule is None:
             raise Refused("a claim of this form cannot be proved so")
         return rule(proof, first, stay, goal)

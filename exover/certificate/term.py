@@ -17,6 +17,11 @@ def lifted(value: Any) -> Any:
     return value if make is None else make(value)
 
 
+def plain(term: Any) -> Any:
+    """Return a truth of Z3 as Python's, if it is known."""
+    return True if z3().is_true(term) else False if z3().is_false(term) else term
+
+
 def conj(*parts: Any) -> Any:
     """Return the conjunction."""
     left = [part for part in parts if part is not True]
