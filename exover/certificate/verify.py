@@ -10,6 +10,8 @@ from exover.certificate.table import Refused, Table, decode
 from exover.certificate.term import z3
 
 FORMAT = 3
+NAMED = ("spec", "requests", "reasons", "assumptions", "watched")
+"""What of a certificate a spec and its properties decide, beside the claims."""
 Finding = dict[str, Any]
 
 
@@ -41,8 +43,8 @@ def read(text: bytes) -> dict[str, Any]:
 def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | None, seconds: float) -> Verified:
     """Return what the certificate proves of the table with these bytes; `Refused` if something in it is not so.
 
-    `expected`: what the spec calls for: the findings with their claims, `assumptions`, what is `watched`; None if there
-    is no spec to tell. Raises `SolverGaveUp` if the solver needs more than so many seconds for one implication.
+    `expected`: what the spec calls for: the findings with their claims, and what stands under `NAMED`; None if there is
+    no spec to tell. Raises `SolverGaveUp` if the solver needs more than so many seconds for one implication.
     """
     proved, unproved, about = [], [], ""
     try:
@@ -50,7 +52,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
         for what, its in (("table", table.sha256), ("spec", table.spec)):
             if certificate[f"{what}_sha256"] != its:
                 raise Refused(f"the certificate is about another {what}")
-        _complete(table, certificate, expected)
+        _complete(table, certificate, expected or certificate)
         checker = Checker(table, seconds, watched=certificate["watched"])
         checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
         checker.induction(certificate["invariant"])
@@ -69,22 +71,24 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
     return Verified(tuple(proved), tuple(unproved))
 
 
-def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any] | None) -> None:
-    """Refuse a certificate that leaves out a finding, or claims something else than the spec calls for."""
-    there = {(each["check"], each["subject"]): each["claim"] for each in certificate["findings"]}
+def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any]) -> None:
+    """Refuse a certificate that leaves out a finding, or says something else than is expected."""
+    both = [
+        {(each["check"], each["subject"]): each["claim"] for each in c["findings"]} for c in (certificate, expected)
+    ]
+    there, claims = both
     requests, reasons = certificate["requests"], certificate["reasons"]
     if len(there) != len(certificate["findings"]):
         raise Refused("a finding is there twice")
+    for key in NAMED:
+        if certificate[key] != expected[key]:
+            raise Refused(f"its `{key}` is not what the spec and its properties say")
     if len(set(requests)) != len(table.requests) or len(reasons) != len(table.reasons):
         raise Refused("the names are not those of the table")
     wanted = {(check, name) for check in ("reachability", "deadlock", "lockout") for name in requests}
     wanted |= {(check, reasons[row.reason]) for check in ("safety", "completeness") for row in table.rules}
     wanted |= {("obligation", reasons[row.reason]) for row in table.launches}
-    claims = {(each["check"], each["subject"]): each["claim"] for each in (expected or {}).get("findings", ())}
     for check, subject in sorted((wanted | claims.keys()) - there.keys()):
         raise Refused(f"the finding {check} {subject} is left out")
-    if expected is not None and there != claims:
+    if there != claims:
         raise Refused("the claims are not those of the spec")
-    for key in ("assumptions", "watched"):
-        if expected is not None and certificate[key] != expected[key]:
-            raise Refused(f"the `{key}` are not those of the spec and its properties")

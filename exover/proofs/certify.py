@@ -43,8 +43,7 @@ def certificate(
         "spec": compiled.model.name,
         "spec_sha256": compiled.tables.digest.hex(),
         "table_sha256": sha256(data).hexdigest(),
-        "requests": list(ModelIndex(compiled.model).requests),
-        "reasons": [reason.rule for reason in reasons(compiled.model)],
+        **_names(compiled.model),
         "assumptions": prover.assumptions,
         "watched": prover.statement.watched(),
         "invariant": prover.invariants.parts,
@@ -59,15 +58,25 @@ def render(found: Json) -> bytes:
 
 
 def expected(model: Model, properties: Properties) -> Json:
-    """Return what a certificate must have that a spec and its properties call for: findings, with what is claimed."""
+    """Return what a certificate must have that a spec and its properties call for: names, and findings with claims."""
     asked = tuple(claims(model, properties))
     statement = Statement(model, facts(asked, properties))
     return {
+        "spec": model.name,
+        **_names(model),
         "assumptions": [statement.moment(each.formula) for each in properties.assumptions],
         "watched": statement.watched(),
         "findings": [
             {"check": claim.check, "subject": claim.subject, "claim": _said(statement, claim)} for claim in asked
         ],
+    }
+
+
+def _names(model: Model) -> Json:
+    """Return the names of requests and reasons by number."""
+    return {
+        "requests": list(ModelIndex(model).requests),
+        "reasons": [reason.rule for reason in reasons(model)],
     }
 
 

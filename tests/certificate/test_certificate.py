@@ -182,6 +182,13 @@ def test_claims_are_those_of_the_spec(built: Build, made: Json) -> None:
     assert "claims are not those of the spec" in refusal(built, changed, claimed(built.model, NO_PROPERTIES))
 
 
+def test_names_are_those_of_the_spec(built: Build, made: Json) -> None:
+    wanted = claimed(built.model, NO_PROPERTIES)
+    for key in ("requests", "reasons"):
+        assert f"its `{key}` is not what the spec" in refusal(built, made | {key: made[key][::-1]}, wanted)
+    assert "its `spec` is not what the spec" in refusal(built, made | {"spec": "other"}, wanted)
+
+
 @pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"certificate": 1}', b"\xff", b"[" * 100_000])
 def test_what_is_no_certificate_cannot_be_read(content: bytes) -> None:
     with pytest.raises(Unreadable):

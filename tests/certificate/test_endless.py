@@ -155,7 +155,7 @@ def test_what_is_nearly_a_proof_is_refused(checker: Checker, made: Json, what: s
 def test_what_is_assumed_and_watched_is_what_the_properties_say(
     built: Build, made: Json, expected: Json, key: str, value: list[Any]
 ) -> None:
-    with pytest.raises(Refused, match=f"`{key}` are not those of the spec"):
+    with pytest.raises(Refused, match=f"`{key}` is not what the spec"):
         verify(built.data, made | {key: value}, expected, 20)
 
 
