@@ -2,11 +2,15 @@
 
 import argparse
 import os
+from typing import TYPE_CHECKING
 
 from exover.cli.files import read_bytes, read_properties, read_spec
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.pipeline import claimed, different, embedded
+
+if TYPE_CHECKING:
+    from exover.certificate.verify import Verified
 
 MOST_BYTES = 1 << 28
 
@@ -63,14 +67,26 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> ExitStatus:
     except SolverGaveUp as reason:
         complain(f"exover: error: {arguments.file} could not be checked: {reason}")
         return ExitStatus.UNKNOWN
-    unproved = [(each, reason) for each, reason in found.unproved if expected is None or each["check"] != "tables"]
-    proved = len(found.proved) + len(found.unproved) - len(unproved)  # with the spec, what `_rules` has proved as well
+    return _told(arguments, found)
+
+
+def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
+    """Print what is proved and what has no proof; with the spec, `_rules` has proved that the tables are the rules."""
+    tables = [each for each, _ in found.unproved if each["check"] == "tables" and arguments.spec is not None]
+    for each in tables:
+        if each["verdict"] == "violated":
+            what = f"tables {each['subject']}: it says violated, and it is proved that it holds"
+            complain(f"exover: error: {arguments.file} is refused: {what}")
+            return ExitStatus.VIOLATED
+    shown = [each for each in tables if each["verdict"] == "holds"]
+    unproved = [(each, reason) for each, reason in found.unproved if each not in shown]
     lines = [f"{each['check']} {each['subject']}: no proof: {reason}" for each, reason in unproved]
     whose = (
-        "its claims are those of the spec"
-        if expected is not None
-        else "--spec tells whether its claims are those of it"
+        "--spec tells whether its claims are those of it"
+        if arguments.spec is None
+        else "its claims are those of the spec"
     )
+    proved = len(found.proved) + len(shown)
     lines.append(f"{arguments.file}: {proved} findings proved, {len(unproved)} without proof; {whose}")
     out("".join(f"{line}\n" for line in lines))
     return ExitStatus.OK

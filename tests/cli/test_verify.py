@@ -26,6 +26,28 @@ def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
     assert "\ntables" not in done.stdout
 
 
+def changed(file, change):
+    """Write a certificate anew of which each finding has been changed."""
+    found = json.loads(file.read_text())
+    for each in found["findings"]:
+        change(each)
+    file.write_text(json.dumps(found))
+
+
+def test_what_the_spec_proves_of_the_tables_is_what_the_certificate_says(run, spec, tmp_path):
+    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    changed(tmp_path / "demo.cert", lambda each: each["check"] == "tables" and each.update(verdict="unknown"))
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    assert done.returncode == 0
+    assert "\ntables" in done.stdout
+    changed(tmp_path / "demo.cert", lambda each: each["check"] == "tables" and each.update(verdict="violated"))
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    assert done.returncode == 1
+    assert "demo.cert is refused: tables " in done.stderr
+    assert "it says violated, and it is proved that it holds" in done.stderr
+
+
 def test_a_certificate_for_which_there_is_no_time_is_not_written(spec, tmp_path, monkeypatch, capsys):
     def too_slow(*_):
         raise TimeUp
