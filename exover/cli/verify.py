@@ -1,6 +1,7 @@
 """`exover verify`: check the proofs of a certificate anew, and prove that tables are the rules of a spec."""
 
 import argparse
+import json
 import os
 from typing import TYPE_CHECKING
 
@@ -23,10 +24,21 @@ def run(arguments: argparse.Namespace) -> int:
             "tables need the spec whose rules they should be: add --spec SPEC"
         )
     table = _table(arguments.table or arguments.file)
+    if arguments.table is None and _is_certificate(table):
+        raise CliError(f"{arguments.file} is a certificate, which needs the tables that it is about: add --table TABLE")
     status = ExitStatus.OK if arguments.spec is None else _rules(arguments, table)
     if status != ExitStatus.OK or arguments.table is None:
         return status
     return _certificate(arguments, table)
+
+
+def _is_certificate(content: bytes) -> bool:
+    """Return whether this is a certificate, of whatever format, and not tables."""
+    try:
+        found = json.loads(content)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(found, dict) and "certificate" in found
 
 
 def _rules(arguments: argparse.Namespace, table: bytes) -> ExitStatus:

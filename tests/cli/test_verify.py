@@ -16,6 +16,9 @@ def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
     assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
     found = json.loads((tmp_path / "demo.cert").read_text())
     assert found["spec"] == "demo"
+    done = run("verify", "demo.cert", "--spec", spec)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "demo.cert is a certificate, which needs the tables that it is about: add --table TABLE" in done.stderr
     done = run("verify", "demo.cert", "--table", "out/demo.bin")
     assert (done.returncode, done.stderr) == (0, "")
     assert "demo.cert: " in done.stdout
