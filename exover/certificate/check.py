@@ -1,5 +1,6 @@
 """What is so of all states of a table that runs can come to: formulas, what is invariant, whole steps."""
 
+import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -7,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import FACTS, Event, TableStep, counted, inputs, layout, within
+from exover.certificate.step import FACTS, Event, TableStep, counted, inputs, layout, within, worded
 from exover.certificate.table import NONE, REAL, Refused, Table
 from exover.certificate.term import conj, disj, lifted, neg, plain, z3
 
@@ -41,7 +42,7 @@ class Checker:
         kinds = {bool: z3().Bool, int: z3().Int, Fraction: z3().Real}
         self.vars = {name: kinds[type(value)](name) for name, value in self.initial.items()}
         self.lasting = {name for name in self.vars if name.split(".")[0] not in FACTS}
-        parts = {"recover": table.rules, "require": table.launches, "settle": table.requests}
+        parts = {"rule": table.rules, "required launch": table.launches, "settling of request": table.requests}
         self.components = [(part, number) for part, rows in parts.items() for number in range(len(rows))]
         self._reads: dict[int, tuple[Any, dict[str, Any]]] = {}
         self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
@@ -78,14 +79,14 @@ class Checker:
 
     def formula(self, text: str, more: dict[str, Any] | None = None) -> Any:
         """Return the formula of a text of SMT-LIB 2 over the state, and names that are known besides."""
-        names = {word for word in TOKEN.findall(text) if not WORDS.fullmatch(word)}
+        names = {word for word in TOKEN.findall(str(text)) if not WORDS.fullmatch(word)}
         known = self.vars | (more or {})
         if not names <= known.keys():
             raise Refused(f"a formula reads {min(names - known.keys())}, which the table does not have")
         try:
             (found,) = z3().parse_smt2_string(f"(assert {text})", decls={name: known[name] for name in names})
         except (z3().Z3Exception, ValueError) as error:
-            raise Refused(f"a formula is none: {error}") from error
+            raise Refused(f"this is no formula of SMT-LIB: {text!s:.60}") from error
         return plain(found)
 
     def _where(self, request: int, text: str) -> Callable[[list[Any]], Any]:
@@ -116,8 +117,7 @@ class Checker:
     def at(self, expr: Any, state: State, names: Iterable[str] | None = None) -> Any:
         """Return a formula at another moment, where the state is this, at least of these names; others stay."""
         known = self.reads(expr) if names is None else {name: self.vars[name] for name in names}
-        pairs = [(var, state[name]) for name, var in known.items() if name in state]
-        changed = [(var, lifted(value)) for var, value in pairs if value is not var]
+        changed = [(var, lifted(state[name])) for name, var in known.items() if state.get(name, var) is not var]
         return z3().substitute(expr, *changed) if changed and z3().is_expr(expr) else expr
 
     def true(self, expr: Any, state: dict[str, Any]) -> bool:
@@ -147,8 +147,8 @@ class Checker:
         """Return a solver that has been told what is given; it is kept, for most is asked of the same."""
         if id(given) != id(self._solver[0]):
             solver = z3().SimpleSolver()
-            solver.set("timeout", int(1000 * self.seconds))
-            solver.set("ctrl_c", False)  # Z3 would end its search, and keep to itself why
+            # At Ctrl-C, Z3 would end its search, and keep to itself why.
+            solver.set("timeout", int(1000 * self.seconds), "ctrl_c", False)
             solver.add([part for part in given if part is not True])
             self._solver = given, solver
         return self._solver[1]
@@ -167,12 +167,12 @@ class Checker:
     def event(self, said: Any) -> Event:
         """Return the event that is said, which must be one of the table; reals are texts of fractions."""
         for event in inputs(self.table):
-            if list(event[:3]) == said[:3]:
+            if list(event[:3]) == said[:3] and len(said) == 4:
                 pairs = list(zip(event[3], said[3], strict=True))
                 values = [Fraction(v) if getattr(row, "type", None) == REAL else int(v) for row, v in pairs]
                 if all(within(row, value) for (row, _), value in zip(pairs, values, strict=True)):
                     return (*event[:3], values)
-        raise Refused(f"the table has no event {said}")
+        raise Refused(f"the table has no event {json.dumps(said)}")
 
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
@@ -187,7 +187,7 @@ class Checker:
         """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
         for event, ranges in map(self.opened, inputs(self.table)):
             now = TableStep(self.table, self.vars)
-            yield f"event {event[0]} {event[1]}", conj(now.update(event), ranges), now
+            yield worded(event), conj(now.update(event), ranges), now
         for part in self.components:
             now = TableStep(self.table, self.vars)
             now.run(part)
@@ -198,7 +198,7 @@ class Checker:
         parts = [*self.typed(), *map(self.formula, texts)]
         for part in parts:
             if not self.true(part, self.initial):
-                raise Refused(f"not true at first: {part}")
+                raise Refused(f"not true at first: {lifted(part).sexpr()}")
         for name, enabled, now in self.operations():
             changed = self.changed(now)
             after = self.at(conj(*(part for part in parts if self.reads(part).keys() & changed)), now.state, changed)
@@ -214,7 +214,7 @@ class Checker:
         """Check that a rule that would do something was told of a change: the robot does not look at the others."""
         before, after = TableStep(self.table, self.vars), TableStep(self.table, now.state)
         for number, rule in enumerate(self.table.rules):
-            still, wakes = self.still(("recover", number))
+            still, wakes = self.still(("rule", number))
             if wakes & changed:
                 told = [entry for entry, row in enumerate(self.table.entries) if (number,) in row.rules]
                 same = [before.value(n, {}) == after.value(n, {}) for n in told if not self._loaded(n)]
@@ -225,7 +225,7 @@ class Checker:
         """Return when a part of a pass changes nothing; on which names that, and whether a rule is broken, depends."""
         if component not in self._still:
             now, (part, number) = TableStep(self.table, self.vars), component
-            broken = now.broken(self.table.rules[number]) if part == "recover" else True
+            broken = now.broken(self.table.rules[number]) if part == "rule" else True
             now.run(component)
             still = self._idle(now, self.vars)
             self._still[component] = still, {*self.reads(still), *self.reads(broken)}
@@ -239,8 +239,7 @@ class Checker:
     @cached_property
     def between(self) -> list[Any]:
         """Return what is true after every step: what is invariant, what is assumed, and that no part does anything."""
-        still = (self.still(component)[0] for component in self.components)
-        return [*self.parts, *self.assumptions, neg(self.vars["start"]), *still]
+        return [*self.parts, *self.assumptions, neg(self.vars["start"]), *(self.still(c)[0] for c in self.components)]
 
     # ---- whole steps ----
 
@@ -250,8 +249,7 @@ class Checker:
         self.parts = [*self.parts, kept]
         for event in inputs(self.table) if texts else ():
             for given, _, now, enabled in self.steps(event):
-                what = f"{event[:3]} makes false what every step should keep"
-                self.refute(what, given, enabled, neg(self.at(kept, now.state)))
+                self.refute(f"{worded(event)} makes `kept` false", given, enabled, neg(self.at(kept, now.state)))
 
     def steps(self, event: Event) -> list[tuple[list[Any], State, TableStep, Any]]:
         """Return the whole steps of an event, from the start, and from all moments between steps.

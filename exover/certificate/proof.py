@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from exover.certificate.check import Checker, State
-from exover.certificate.step import FORGOTTEN, Event, inputs
+from exover.certificate.step import FORGOTTEN, Event, inputs, worded
 from exover.certificate.table import Refused
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
@@ -18,14 +18,13 @@ class Proof:
 
     def __init__(self, checker: Checker, claim: Any, parts: Any) -> None:
         self.checker, self.claim, self.parts = checker, claim, list(parts)
-        self.promises: list[Any] = []
-        self.kept: list[Any] = []
+        self.promises, self.kept = list[Any](), list[Any]()
         slots = range(len(checker.table.owner)) if claim["fair"] else ()
         self.constraints = {f"reported.{slot}": checker.vars[f"phase.{slot}"] == 0 for slot in slots}
 
     def check(self, verdict: str) -> None:
         """Return if the proof shows that the verdict on the claim is right; `Refused` if it does not."""
-        holds = {"holds": True, "violated": False}[verdict]
+        holds = bool(("violated", "holds").index(verdict))
         found, initial = self.bound(self.claim["formula"], holds), self.checker.initial
         if self.claim["linear"]:  # some run that keeps its promises makes it false, or none does
             wrong = neg(found)
@@ -121,7 +120,7 @@ class Proof:
         for event in inputs(self.checker.table) if states is not True else ():
             for given, before, after, enabled in self._steps(event):
                 leads = at(disj(goal, conj(stay, states)), after)
-                what = f"{event[:3]} leads where it should not"
+                what = f"{worded(event)} leads where it should not"
                 self.checker.refute(what, given, at(neg(states), before), enabled, leads)
         return states
 
@@ -150,7 +149,7 @@ class Proof:
                     stays = conj(at(states, after), neg(at(self._meets(never, event), before)))
                     left = disj(left, conj(at(states, before), neg(disj(lower, stays))))
                     lower = disj(lower, at(states, after))
-                what = f"{event[:3]} does not lead down the layers"
+                what = f"{worded(event)} does not lead down the layers"
                 self.checker.refute(what, given, at(stay, before), enabled, at(stay, after), left)
         return neg(disj(*(states for _, states in layers)))
 

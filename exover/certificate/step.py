@@ -18,9 +18,9 @@ UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
 STANDS = (-t.WAIT, -t.CLEAR, -t.SETTLE)
 FACTS = ("abort", "fault", "asked", "ended", "launch", "wait", "reject", "kill", "left", "named", "watched")
 FORGOTTEN = (*FACTS, "start", "tried", "fallen")
+ABOUT = {"ask": "request", "give up": "request", "observe": "variable", "level": "stock"}
 INFINITE = float("inf")
 Range = namedtuple("Range", "low high")
-Path = list[tuple[Any, Any]]
 Event = tuple[Any, ...]
 """Its kind, what it is about, the outcome of a report (1 ok, 2 failed, 3 interrupted), its values or their ranges."""
 
@@ -63,6 +63,12 @@ def inputs(table: Table) -> Iterator[Event]:
         yield "give up", request, 0, []
     yield from (("observe", number, 0, [row]) for number, row in enumerate(table.variables) if row.role == 0)
     yield from (("level", number, 0, [Range(0, row.capacity)]) for number, row in enumerate(table.stocks))
+
+
+def worded(event: Event) -> str:
+    """Return an event in words, for whoever reads why something is refused."""
+    outcome = ("", ", ok", ", failed", ", interrupted")[event[2]]
+    return f"the event `{event[0]}` of {ABOUT.get(event[0], 'slot')} {event[1]}{outcome}"
 
 
 def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
@@ -173,7 +179,7 @@ class TableStep:
                 there = conj(self.state[name] == phase, self.agrees(predicate, r, values))
                 return ite(there, 1 if weight == NONE else values[weight], 0)
 
-    def walk(self, root: int, codes: Collection[int], request: int = NONE, args: Sequence[Any] = ()) -> Path:
+    def walk(self, root: int, codes: Collection[int], request: int = NONE, args: Sequence[Any] = ()) -> list[Any]:
         """Return the action nodes below a root, each with when the path goes through it; their codes are of these.
 
         What ends a decision, or says where its newcomer stands, comes before all else on a path.
@@ -282,8 +288,7 @@ class TableStep:
 
     def supersede(self, cond: Any, request: int, reason: int) -> None:
         """Say that what stands in a waiting place is rejected."""
-        args = self.held(f"held.{request}", self.table.requests[request].params)
-        self.say(cond, "reject", request, args, reason)
+        self.say(cond, "reject", request, self.held(f"held.{request}", self.table.requests[request].params), reason)
 
     # ---- decisions ----
 
@@ -355,11 +360,11 @@ class TableStep:
     def run(self, component: tuple[str, int]) -> None:
         """Run one part of a pass."""
         part, number = component
-        if part == "recover":
+        if part == "rule":
             for node, on in self.walk(self.table.rules[number].root, (t.KILL, t.VIOLATION)):
                 if node.code == -t.KILL:
                     self.kill(on, node.high, node.bound)
-        elif part == "require":
+        elif part == "required launch":
             launch, words = self.table.launches[number], self.table.lists
             due = conj(neg(self.state[f"tried.{number}"]), self.agrees(launch.condition))
             self.put(due, True, f"tried.{number}")
@@ -372,8 +377,7 @@ class TableStep:
 
     def broken(self, rule: Any) -> Any:
         """Return whether a rule is violated, with nothing left that restores it."""
-        path = self.walk(rule.root, (t.KILL, t.VIOLATION))
-        return disj(*(on for node, on in path if node.code == -t.VIOLATION))
+        return disj(*(on for node, on in self.walk(rule.root, (t.KILL, t.VIOLATION)) if node.code == -t.VIOLATION))
 
     def said(self) -> list[list[Any]]:
         """Return what a concrete step answers."""

@@ -102,8 +102,7 @@ def decode(data: bytes) -> Table:
         sections[name] = Rows(_whole(row, sections) for row in sections[name])
     owner = Rows(number for number, row in enumerate(sections["requests"]) for _ in range(row.instances))
     digest = hashlib.sha256(_sealed(data, flags & ~UNCHECKED)).hexdigest()
-    table = Table(spec=spec.hex(), sha256=digest, doubles=doubles, words=words, owner=owner)
-    vars(table).update(sections)
+    table = Table(spec=spec.hex(), sha256=digest, doubles=doubles, words=words, owner=owner, **sections)
     if [slot for number in range(len(table.requests)) for slot in table.slots(number)] != list(range(len(owner))):
         raise Refused("the slots of the requests do not follow each other")
     return table
@@ -120,6 +119,6 @@ def _whole(row: Any, sections: dict[str, Rows]) -> Any:
     fields = zip(row._fields, row, row[1:], strict=False)
     found = {field: sections[RANGES[field]][first:end] for field, first, end in fields if field in RANGES}
     if getattr(row, "type", None) == REAL:
-        bounds = {"low", "high", "initial"} & set(row._fields)
-        found |= {field: sections["reals"][getattr(row, field)] for field in sorted(bounds)}
+        bounds = ("low", "high", "initial")
+        found |= {field: sections["reals"][at] for field, at in row._asdict().items() if field in bounds}
     return row._replace(**found)

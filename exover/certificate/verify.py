@@ -12,6 +12,8 @@ from exover.certificate.term import z3
 FORMAT = 3
 NAMED = ("spec", "requests", "reasons", "assumptions", "watched")
 """What of a certificate a spec and its properties decide, beside the claims."""
+KEYS = {*NAMED, "findings", "tool", "spec_sha256", "table_sha256", "invariant", "kept"}
+FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
 
 
@@ -33,10 +35,14 @@ def read(text: bytes) -> dict[str, Any]:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise Unreadable("it is not JSON") from error
-    if not isinstance(found, dict) or "certificate" not in found or not isinstance(found.get("findings"), list):
+    if not isinstance(found, dict) or "certificate" not in found:
         raise Unreadable("it is no certificate")
     if found["certificate"] != FORMAT:
-        raise Unreadable(f"its format is {found['certificate']}, and this program reads {FORMAT}")
+        raise Unreadable(f"its format is {json.dumps(found['certificate'])}, and this program reads {FORMAT}")
+    findings = found["findings"] if isinstance(found.get("findings"), list) else ()
+    for what, said, keys in [("it", found, KEYS), *(("a finding", each, FINDING) for each in findings)]:
+        if lacking := keys - (said.keys() if isinstance(said, dict) else set()):
+            raise Unreadable(f"it is no certificate: {what} lacks `{min(lacking)}`")
     return found
 
 
@@ -64,10 +70,11 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
             else:
                 Proof(checker, finding["claim"], finding["proof"]["parts"]).check(finding["verdict"])
                 proved.append(finding)
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError, z3().Z3Exception) as error:
-        raise Refused(f"{about}it is not what it should be: {error!r}") from error
-    except Refused as error:
-        raise Refused(f"{about}{error}") from error
+    except (Refused, LookupError, TypeError, ValueError, AttributeError, RecursionError, z3().Z3Exception) as error:
+        lacks: Any = {KeyError: f"lacks {error}", IndexError: "has fewer parts than the claim"}
+        what = lacks.get(type(error), "has not the form that docs/certificates.md says")
+        what = str(error) if isinstance(error, Refused) else f"{'the proof' if about else 'it'} {what}"
+        raise Refused(f"{about}{what}") from error
     return Verified(tuple(proved), tuple(unproved))
 
 

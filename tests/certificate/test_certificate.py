@@ -189,6 +189,43 @@ def test_names_are_those_of_the_spec(built: Build, made: Json) -> None:
     assert "its `spec` is not what the spec" in refusal(built, made | {"spec": "other"}, wanted)
 
 
+@pytest.mark.parametrize("key", ["tool", "spec", "requests", "watched", "invariant", "kept", "findings"])
+def test_what_lacks_a_key_is_no_certificate(made: Json, key: str) -> None:
+    with pytest.raises(Unreadable, match=f"it lacks `{key}`"):
+        read(render({name: value for name, value in made.items() if name != key}))
+
+
+def test_a_finding_that_lacks_a_key_is_no_finding(made: Json) -> None:
+    for wrong in ({"check": "safety", "subject": "drive", "claim": None, "proof": {}}, 5, []):
+        with pytest.raises(Unreadable, match="a finding lacks `"):
+            read(render(made | {"findings": [*made["findings"], wrong]}))
+
+
+WORDS: dict[str, Callable[[Json], object]] = {
+    "safety drive: the proof lacks 'parts'": lambda made: finding(made, "safety", "drive")["proof"].pop("parts"),
+    "safety drive: the proof has fewer parts than the claim": lambda made: finding(made, "safety", "drive")[
+        "proof"
+    ].update(parts=[]),
+    "lockout nd.stop: the proof lacks 'layers'": lambda made: part(made, "lockout", "nd.stop", "layers").pop("layers"),
+    "safety drive: the proof has not the form": lambda made: finding(made, "safety", "drive").update(verdict="so"),
+    "this is no formula of SMT-LIB: 5": lambda made: made.update(invariant=[5]),
+    "not true at first: false": lambda made: made.update(invariant=["false"]),
+    "it has not the form": lambda made: made.update(watched=[5]),
+    "the event `ask` of request 1 makes false what should be invariant": lambda made: made.update(
+        invariant=["(= phase.1 0)"]
+    ),
+    "the event `report` of slot 0, ok makes `kept` false": lambda made: made.update(kept=["(= last.0 0)"]),
+    'the table has no event ["ask", 7, 0, []]': lambda made: steps(made)[0].update(event=["ask", 7, 0, []]),
+}
+
+
+@pytest.mark.parametrize("said", WORDS)
+def test_a_refusal_says_in_words_what_is_wrong(built: Build, made: Json, said: str) -> None:
+    changed = deepcopy(made)
+    WORDS[said](changed)
+    assert said in refusal(built, changed)
+
+
 @pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"certificate": 1}', b"\xff", b"[" * 100_000])
 def test_what_is_no_certificate_cannot_be_read(content: bytes) -> None:
     with pytest.raises(Unreadable):
