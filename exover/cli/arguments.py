@@ -152,6 +152,7 @@ def _verify(verbs: Any) -> None:
     verify.add_argument(
         "--timeout", metavar="SECONDS", type=seconds, default=60.0, help="for one implication (default: 60)"
     )
+    verify.add_argument("--strict", action="store_true", help="status 1 if the proof that something is safe is missing")
 
 
 def _simulate(verbs: Any) -> None:

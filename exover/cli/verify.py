@@ -5,13 +5,14 @@ import json
 import os
 from typing import TYPE_CHECKING
 
+from exover.checks import SEVERITY
 from exover.cli.files import read_bytes, read_properties, read_spec
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.pipeline import claimed, different, embedded
 
 if TYPE_CHECKING:
-    from exover.certificate.verify import Verified
+    from exover.certificate.verify import Finding, Verified
 
 MOST_BYTES = 1 << 28
 
@@ -101,7 +102,16 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     proved = len(found.proved) + len(shown)
     lines.append(f"{arguments.file}: {proved} findings proved, {len(unproved)} without proof; {whose}")
     out("".join(f"{line}\n" for line in lines))
-    return ExitStatus.OK
+    wanted = [each for each, _ in unproved if arguments.strict and _is_wanted(each)]
+    if wanted:
+        names = ", ".join(f"{each['check']} {each['subject']}" for each in wanted)
+        complain(f"exover: error: {arguments.file} says without proof that these hold: {names}")
+    return ExitStatus.VIOLATED if wanted else ExitStatus.OK
+
+
+def _is_wanted(finding: "Finding") -> bool:
+    """Return whether a finding says that all is well where the contrary would be an error."""
+    return finding["verdict"] == "holds" and SEVERITY.get(finding["check"]) == "error"
 
 
 def _table(path: str) -> bytes:

@@ -51,6 +51,25 @@ def test_what_the_spec_proves_of_the_tables_is_what_the_certificate_says(run, sp
     assert "it says violated, and it is proved that it holds" in done.stderr
 
 
+def test_strict_asks_for_the_proof_of_what_holds(run, spec, tmp_path):
+    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    verify = ("verify", "demo.cert", "--table", "out/demo.bin")
+    done = run(*verify, "--spec", spec, "--strict")
+    assert (done.returncode, done.stderr) == (0, "")
+    done = run(*verify, "--strict")
+    assert done.returncode == 1
+    assert "demo.cert says without proof that these hold: tables " in done.stderr
+    none = {"kind": "none", "reason": "lost"}
+    changed(tmp_path / "demo.cert", lambda each: each.update(proof=none))
+    assert run(*verify, "--spec", spec).returncode == 0
+    done = run(*verify, "--spec", spec, "--strict")
+    assert done.returncode == 1
+    assert "safety " in done.stderr
+    assert "rule-use " not in done.stderr
+    assert "tables " not in done.stderr
+
+
 def test_a_certificate_for_which_there_is_no_time_is_not_written(spec, tmp_path, monkeypatch, capsys):
     def too_slow(*_):
         raise TimeUp
