@@ -80,10 +80,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
 
 def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any]) -> None:
     """Refuse a certificate that leaves out a finding, or says something else than is expected."""
-    both = [
-        {(each["check"], each["subject"]): each["claim"] for each in c["findings"]} for c in (certificate, expected)
-    ]
-    there, claims = both
+    there, claims = ({(f["check"], f["subject"]): f["claim"] for f in c["findings"]} for c in (certificate, expected))
     requests, reasons = certificate["requests"], certificate["reasons"]
     if len(there) != len(certificate["findings"]):
         raise Refused("a finding is there twice")
@@ -92,9 +89,10 @@ def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any
             raise Refused(f"its `{key}` is not what the spec and its properties say")
     if len(set(requests)) != len(table.requests) or len(reasons) != len(table.reasons):
         raise Refused("the names are not those of the table")
-    wanted = {(check, name) for check in ("reachability", "deadlock", "lockout") for name in requests}
-    wanted |= {(check, reasons[row.reason]) for check in ("safety", "completeness") for row in table.rules}
-    wanted |= {("obligation", reasons[row.reason]) for row in table.launches}
+    rules = {reasons[row.reason] for row in table.rules}
+    wanted = {(check, name) for check in ("reachability", "deadlock", "lockout", "starvation") for name in requests}
+    wanted |= {(check, name) for check in ("consistency", "safety", "completeness", "rule-use") for name in rules}
+    wanted |= {(check, reasons[row.reason]) for check in ("obligation", "rule-use") for row in table.launches}
     for check, subject in sorted((wanted | claims.keys()) - there.keys()):
         raise Refused(f"the finding {check} {subject} is left out")
     if there != claims:

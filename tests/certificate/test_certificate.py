@@ -175,6 +175,17 @@ def test_a_certificate_that_lies_is_refused(built: Build, made: Json, what: str)
     refusal(built, changed)
 
 
+def test_findings_that_a_table_calls_for_may_not_be_missing(built: Build, made: Json) -> None:
+    wanted = [
+        (check, name) for check in ("reachability", "deadlock", "lockout", "starvation") for name in made["requests"]
+    ]
+    wanted += [(check, "nd.goto.low") for check in ("consistency", "safety", "completeness", "rule-use")]
+    wanted += [(check, "home") for check in ("obligation", "rule-use")]
+    for check, subject in wanted:
+        left = [each for each in made["findings"] if (each["check"], each["subject"]) != (check, subject)]
+        assert refusal(built, made | {"findings": left}) == f"the finding {check} {subject} is left out"
+
+
 def test_claims_are_those_of_the_spec(built: Build, made: Json) -> None:
     changed = deepcopy(made)
     finding(changed, "safety", "drive")["claim"]["formula"][1][1][2] = "false"
