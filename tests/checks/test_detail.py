@@ -247,6 +247,8 @@ module m { request a(n: int in 1 .. 2) { uses net 7; uses net 4 when n > 0; } re
     assert findings["lockout", "m.b"].message.endswith(
         "; `m.b()` is refused by `pills` (it wants 6 of 5), there level(pills) == 5"
     )
+    assert "; it wants 6 of `pills`, of which there are 5; where it is asked" in findings["reachability", "m.b"].message
+    assert "it wants" not in findings["reachability", "m.a"].message, "that depends on a condition"
 
 
 @pytest.mark.parametrize(
