@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
 from time import monotonic
+from typing import get_args
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
@@ -151,7 +152,8 @@ class Findings:
         return tuple(finding for finding in self if finding.check == check)
 
     def render(self, form: ReportFormat = "text") -> str:
-        """Return what `exover check --format FORM` prints."""
+        """Return what `exover check --format FORM` prints; raises `ValueError` if there is no such format."""
+        _known(form, ReportFormat, "format")
         return rendering.report(self.summary, form, timings=False)
 
     def __str__(self) -> str:
@@ -173,8 +175,10 @@ class Tables:
     def files(self, target: EmitTarget = "c") -> dict[str, bytes]:
         """Return what `exover emit --target TARGET` writes, by the names of the files.
 
-        Raises `ValueError` if these are not the tables that this version of exover makes of the spec.
+        Raises `ValueError` if there is no such target, or if these are not the tables that this version of exover makes
+        of the spec.
         """
+        _known(target, EmitTarget, "target")
         built = pipeline.build(self.spec.model, self.unchecked)
         if built.data != self.data:
             raise ValueError(f"another version of exover has made the tables of {self.spec.name}: compile it anew")
@@ -198,6 +202,8 @@ def load(file: File) -> Spec:
 
 def loads(text: str, name: str = "<text>") -> Spec:
     """Return the spec of a text, which stands in no folder and includes nothing; messages call it by this name."""
+    if not isinstance(text, str):
+        raise TypeError("a spec is a text: decode its bytes, or give the file to load")
     return _spec(Source(name, text.removeprefix("\ufeff")))
 
 
@@ -267,10 +273,14 @@ def simulate(
 
     A spec is answered by the reference interpreter, tables are walked, unless an `engine` is named: `reference`,
     `tables`, or `c` and `rust`, which compile what is emitted and raise `NativeUnavailable` without a compiler.
-    Raises `TypeError` if one text is given instead of its lines.
+    Raises `TypeError` if one text or event is given instead of several, `ValueError` if there is no such engine.
     """
     if isinstance(events, str | bytes):
         raise TypeError("events are given one by one: write events.splitlines() for the lines of a text")
+    if isinstance(events, Mapping):
+        raise TypeError("events are given one by one: write [event] for a single one")
+    if engine is not None:
+        _known(engine, CheckerName, "engine")
     spec, tables = (checker, None) if isinstance(checker, Spec) else (checker.spec, decode(checker.data))
     lines = [event if isinstance(event, str | bytes) else json.dumps(event) for event in events]
     with pipeline.engine(engine or ("tables" if tables else "reference"), spec.model, tables) as chosen:
@@ -284,6 +294,13 @@ def _found(spec: Spec) -> Properties:
     if len(files) > 1:
         raise ValueError(f"{spec.file} has {len(files)} properties files: {', '.join(files)}; say which one is meant")
     return load_properties(files[0], spec) if files else NO_PROPERTIES
+
+
+def _known(word: str, among: object, what: str) -> None:
+    """Raise `ValueError` if a word is none of those of a type."""
+    words = get_args(among)
+    if word not in words:
+        raise ValueError(f"there is no {what} {word!r}: it is one of {', '.join(words)}")
 
 
 def _of_spec(properties: Properties, spec: Spec) -> Properties:

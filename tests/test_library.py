@@ -115,6 +115,20 @@ def test_a_text_is_not_taken_for_its_lines() -> None:
         exover.simulate(exover.loads(f"spec s; {MUTEX}"), '{"ask": "m.a"}')  # type: ignore[arg-type]
 
 
+def test_what_there_is_not_is_refused_with_what_there_is() -> None:
+    spec = exover.loads("spec s; module m { request a(); }")
+    with pytest.raises(ValueError, match=r"there is no engine 'zz': it is one of reference, tables, c, rust"):
+        exover.simulate(spec, [], "zz")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"there is no format 'zz': it is one of text, json"):
+        exover.check(spec).render("zz")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"there is no target 'zz': it is one of c, rust, bin"):
+        exover.compile(spec).files("zz")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"write \[event\] for a single one"):
+        exover.simulate(spec, {"ask": "m.a"})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="a spec is a text"):
+        exover.loads(b"spec s;")  # type: ignore[arg-type]
+
+
 def test_a_time_limit_leaves_unknown_what_has_no_answer() -> None:
     spec = exover.load(ROOT / "tests" / "specs" / "surgical_arm.exo")
     try:

@@ -17,6 +17,7 @@ from exover.cli.values import (
     mebibytes,
     names,
     output,
+    place,
     renaming,
     seconds,
 )
@@ -363,7 +364,9 @@ def _import(verbs: Any) -> None:
 def _serve(verbs: Any) -> None:
     serve = verbs.add_parser("serve", help="answer programs in any language at a Unix socket")
     serve.add_argument("spec", metavar="SPEC", help="the spec, or - for standard input")
-    serve.add_argument("--socket", metavar="PATH", required=True, help="where to listen; the socket is made")
+    serve.add_argument(
+        "--socket", metavar="PATH", type=place, required=True, help="where to listen; the socket is made"
+    )
     serve.add_argument(
         "--engine",
         choices=("auto", *ENGINES),

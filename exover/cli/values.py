@@ -32,6 +32,13 @@ def folder(text: str) -> str:
     raise argparse.ArgumentTypeError("the name of the folder is empty; . is the current one")
 
 
+def place(text: str) -> str:
+    """Return the path of what is to be made: any but an empty one."""
+    if text:
+        return text
+    raise argparse.ArgumentTypeError("the path is empty")
+
+
 def renaming(text: str) -> tuple[str, str]:
     """Return the two requests of `OLD=NEW`."""
     old, _, new = text.partition("=")
