@@ -71,9 +71,9 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
                 Proof(checker, finding["claim"], finding["proof"]["parts"]).check(finding["verdict"])
                 proved.append(finding)
     except (Refused, LookupError, TypeError, ValueError, AttributeError, RecursionError, z3().Z3Exception) as error:
-        lacks: Any = {KeyError: f"lacks {error}", IndexError: "has fewer parts than the claim"}
+        lacks: Any = {KeyError: f"lacks {error}", IndexError: "has fewer parts than the claim"} if about else {}
         what = lacks.get(type(error), "has not the form that docs/certificates.md says")
-        what = str(error) if isinstance(error, Refused) else f"{'the proof' if about else 'it'} {what}"
+        what = str(error) if isinstance(error, Refused) else f"{'the proof' if about else 'it, or the table,'} {what}"
         raise Refused(f"{about}{what}") from error
     return Verified(tuple(proved), tuple(unproved))
 

@@ -221,7 +221,7 @@ WORDS: dict[str, Callable[[Json], object]] = {
     "safety drive: the proof has not the form": lambda made: finding(made, "safety", "drive").update(verdict="so"),
     "this is no formula of SMT-LIB: 5": lambda made: made.update(invariant=[5]),
     "not true at first: false": lambda made: made.update(invariant=["false"]),
-    "it has not the form": lambda made: made.update(watched=[5]),
+    "it, or the table, has not the form": lambda made: made.update(watched=[5]),
     "the event `ask` of request 1 makes false what should be invariant": lambda made: made.update(
         invariant=["(= phase.1 0)"]
     ),
@@ -261,6 +261,13 @@ def test_tables_that_do_not_fit_together_are_refused(built: Build) -> None:
     for data in (b"", b"EXOV" + bytes(200), built.data[:-1], built.data[: HEADER.size]):
         with pytest.raises(Refused):
             decode(data)
+
+
+def test_a_table_out_of_which_nothing_can_be_made_is_no_proof_that_lacks_something(built: Build, made: Json) -> None:
+    rules = tuple(replace(row, reason=99) for row in built.compiled.tables.rules)
+    damaged = pack(replace(built.compiled.tables, rules=rules))
+    changed = made | {"table_sha256": decode(damaged).sha256}
+    assert refusal(replace(built, data=damaged), changed).startswith("it, or the table, has not the form")
 
 
 @pytest.mark.parametrize("rest", ("request a() { fail bad: when low == 1; } }", "request a(); } forbid low == 1;"))
