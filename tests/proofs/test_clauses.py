@@ -118,9 +118,7 @@ def built() -> Build:
 @pytest.fixture(scope="module")
 def made(built: Build) -> Json:
     findings = check_all(built.compiled, lambda what: None).findings
-    asked = [
-        each for each in findings if each.check in ("reachability", "safety", "completeness", "deadlock", "lockout")
-    ]
+    asked = [each for each in findings if each.check not in ("tables", "redundancy", "idle-guard")]
     return certificate(built.compiled, built.data, asked, NO_PROPERTIES, "0", lambda what: None)
 
 
@@ -174,13 +172,13 @@ def claim_all(made: Json) -> None:
 
 
 WRONG: dict[str, tuple[Callable[[Json], None], str]] = {
-    "a clause is left out": (drop, "makes false what every step should keep"),
-    "a literal is flipped": (flip, "makes false what every step should keep"),
+    "a clause is left out": (drop, "makes `kept` false"),
+    "a literal is flipped": (flip, "makes `kept` false"),
     "steps for parts": (move_up, "makes false what should be invariant"),
-    "false from the start on": (claim_all, "makes false what every step should keep"),
+    "false from the start on": (claim_all, "makes `kept` false"),
     "nothing kept": (forget_goal, "does not follow"),
     "a property that is not excluded": (claim_more, "does not follow"),
-    "a property that is not kept": (claim_in_kept, "makes false what every step should keep"),
+    "a property that is not kept": (claim_in_kept, "makes `kept` false"),
 }
 
 
