@@ -168,10 +168,15 @@ def test_unchecked_tables_say_so(run, spec, tmp_path):
 
 
 def test_a_folder_that_cannot_be_written(run, spec, tmp_path):
-    done = run("emit", spec, "--target", "bin", "--out", "demo.exo")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "exover: error: cannot write demo.exo: File exists\n"
-    assert spec.read_text() == SPEC
+    (tmp_path / "taken").write_text(SPEC)
+    for out, told in (
+        ("taken", "cannot write taken: File exists"),
+        ("demo.exo", "demo.exo cannot be written over: the command reads it"),
+    ):
+        done = run("emit", spec, "--target", "bin", "--out", out)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == f"exover: error: {told}\n"
+    assert spec.read_text() == (tmp_path / "taken").read_text() == SPEC
 
 
 def test_a_property_that_ranges_decide_is_warned_of(run, spec):
