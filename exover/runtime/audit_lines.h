@@ -1,6 +1,6 @@
 /* audit_lines.h - a line of a mission as records (docs/audit.md), part of audit.c.
  *
- * It reads less than JSON, and what it reads exactly as exover/audit/lines.py does; whatever else is odd. Odd are all faults,
+ * It reads less than JSON, and what it reads exactly as exover/audit/mission.py does; whatever else is odd. Odd are all faults,
  * escapes, integers of more than 18 digits, and what does not fit. Bound: three looks at every byte, and a nesting of 8.
  */
 #ifndef AUDIT_LINES_H
