@@ -163,14 +163,19 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return "write `leads to`, in two words"
     if text == "(" and before is not None:
         return _ENDED if before.text in _ENDINGS else did_you_mean(before.text, _PREDICATES | _STEPS)
-    if "precedes" in expected and before is not None:
-        return misspelt_form(before, expected)
+    form = misspelt_form(before, expected)
+    if form is not None:
+        return form
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
 
 
-def misspelt_form(before: Token, expected: frozenset[str]) -> str:
-    """Return the advice on a word where a form has to go on behind it, if it is nearly the first word of another."""
-    return did_you_mean(before.text, _FORMS) if "precedes" in expected and before.kind == NAME else ""
+def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
+    """Return the advice on a word where a form has to go on behind it: empty unless it is nearly the first word of
+    another; None if it is not such a word.
+    """
+    if before is None or before.kind != NAME or "precedes" not in expected:
+        return None
+    return did_you_mean(before.text, _FORMS)
 
 
 def words(expected: Iterable[str]) -> list[str]:

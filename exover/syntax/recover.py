@@ -67,7 +67,7 @@ def repair(
             return Repair(_unclosed(machine, before, token, insert), insert)
     expected = machine.expected()
     report = _unexpected(machine, before, token, expected, following[0])
-    if before is not None and misspelt_form(before, expected):
+    if misspelt_form(before, expected):
         return Repair(report)  # what stands behind belongs to another form
     keyword = _misspelt(token, expected)
     if keyword:

@@ -184,6 +184,8 @@ def test_each_mistake_is_told_once_at_its_place(text: str, expected: list[str]) 
          "did you mean `leads`?"),
         ("for s; property p: always active(m.a) lead to b;", "expected `and`, `implies`, `or` or `;`, found `lead`",
          "it reads `always (CONDITION leads to CONDITION)`"),
+        ("for s; property p: (active(m.a)) preceds b;",
+         "expected `and`, `implies`, `or`, `precedes` or `until`, found `preceds`", "did you mean `precedes`?"),
         ("for s; assme fair reports;",
          "expected a property, an assumption, a define or the end of the file, found `assme`",
          "did you mean `assume`?"),
