@@ -8,12 +8,12 @@ from exover.audit.result import Audit, MissionResult, rules_of
 from exover.audit.text import last_line, row_text
 from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, AuditRow, MissionFigures
 from exover.model.model import Model
-from exover.model.wire import Json, escaped, number
+from exover.model.wire import Json, indented, number
 
 
 def render(audit: Audit) -> str:
     """Return an audit as one object with a final newline."""
-    return escaped(json.dumps(document(audit), ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
+    return indented(document(audit))
 
 
 def document(audit: Audit) -> Json:

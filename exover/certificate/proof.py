@@ -24,7 +24,9 @@ class Proof:
 
     def check(self, verdict: str) -> None:
         """Return if the proof shows that the verdict on the claim is right; `Refused` if it does not."""
-        holds = bool(("violated", "holds").index(verdict))
+        if verdict not in ("holds", "violated"):
+            raise ValueError(verdict)
+        holds = verdict == "holds"
         found, initial = self.bound(self.claim["formula"], holds), self.checker.initial
         if self.claim["linear"]:  # some run that keeps its promises makes it false, or none does
             wrong = neg(found)

@@ -1,15 +1,15 @@
 """What keeps a request from a launch, and what there is in a state, in words."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from exover.checks.blocking import Blocked, reason_reads
-from exover.model.evaluate import NOTHING, Scope, applies, bind, share_of, value_of
+from exover.model.evaluate import NOTHING, Scope, applies, bind, value_of
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
-from exover.model.model import Model, Request
+from exover.model.model import Consumption, Model, Request, Resource, Share
 from exover.model.reads import Read
-from exover.model.state import Slot, State
+from exover.model.state import State
 from exover.model.wording import named_text, value_text
 
 MOST = 6
@@ -47,9 +47,21 @@ def _wanted(model: Model, state: State, link: Blocked) -> int:
     if resource is None:
         return 0
     scope = Scope(bind(request.params, link.args))
-    taken = (clause for clause in request.consumptions if clause.resource == resource.name)
-    wants = sum(clause.amount for clause in taken if applies(model, state, clause.when, scope))
-    wants += share_of(model, state, request.name, Slot("running", link.args), resource.name)
+    return _beyond(request, resource, lambda when: applies(model, state, when, scope))
+
+
+def beyond_capacity(model: Model, request: Request) -> Iterator[str]:
+    """Yield of which resources a request wants more than there is, whatever its arguments."""
+    for resource in model.resources:
+        wants = _beyond(request, resource, lambda when: when is None)
+        if wants:
+            yield f"it wants {wants} of `{resource.name}`, of which there are {resource.capacity}"
+
+
+def _beyond(request: Request, resource: Resource, counts: Callable[[Cond | None], bool]) -> int:
+    """Return how much a request wants by the clauses that count, if that is more than there can be; else 0."""
+    clauses: Iterable[Share | Consumption] = (*request.shares, *request.consumptions)
+    wants = sum(each.amount for each in clauses if each.resource == resource.name and counts(each.when))
     return wants if wants > resource.capacity else 0
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from itertools import islice, takewhile
 
 from exover.checks.blocking import Blocked, Forbidden, Obstacles
-from exover.checks.cause_wording import arguments_read, asked_text, read_there, reason_text
+from exover.checks.cause_wording import arguments_read, asked_text, beyond_capacity, read_there, reason_text
 from exover.checks.finding import Finding
 from exover.checks.kleene import every, negated, some
 from exover.checks.near_events import least_arguments
@@ -18,7 +18,7 @@ from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, sha
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.expression import And, Cond, Not, Or, Past, Status
-from exover.model.model import Consumption, Launch, Model, Parameter, Request, Share
+from exover.model.model import Launch, Model, Parameter
 from exover.model.property import Assumption, Formula, Properties
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import reads
@@ -229,7 +229,7 @@ def _reachability(broken: _Broken) -> str:
     request = broken.model.request[broken.finding.subject]
     found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
     parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
-    parts += _beyond_capacity(broken.model, request)
+    parts += beyond_capacity(broken.model, request)
     if shadowing.rules:
         parts.append(f"where it is asked, {_decide(shadowing.rules)}")
     if shadowing.alone:
@@ -242,16 +242,6 @@ def _reachability(broken: _Broken) -> str:
     elif shadowing.assumption:
         parts.append(f"it would be launched only in steps that {_assumed(shadowing.assumption)} forbids")
     return "; ".join(parts)
-
-
-def _beyond_capacity(model: Model, request: Request) -> Iterator[str]:
-    """Yield of which resources a request wants more than there is, whatever its arguments."""
-    clauses: Iterable[Share | Consumption] = (*request.shares, *request.consumptions)
-    clauses = [each for each in clauses if each.when is None]
-    for name, resource in model.resource.items():
-        wants = sum(clause.amount for clause in clauses if clause.resource == name)
-        if wants > resource.capacity:
-            yield f"it wants {wants} of `{name}`, of which there are {resource.capacity}"
 
 
 def _assumed(assumption: Assumption) -> str:

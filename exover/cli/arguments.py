@@ -11,13 +11,12 @@ from exover.cli.values import (
     USUAL_JOBS,
     cores,
     domain,
-    folder,
     jobs,
     limit,
     mebibytes,
     names,
     output,
-    place,
+    path,
     renaming,
     seconds,
 )
@@ -266,7 +265,13 @@ def _emit(verbs: Any) -> None:
         help="C sources (c), a Rust crate (rust), the bytes alone (bin), json, a drawing (dot); or what is asked, for "
         "Z3 (smt2), NuSMV (smv) or ABC (aiger)",
     )
-    emit.add_argument("--out", metavar="DIR", type=folder, required=True, help="the folder to write to")
+    emit.add_argument(
+        "--out",
+        metavar="DIR",
+        type=path("the name of the folder is empty; . is the current one"),
+        required=True,
+        help="the folder to write to",
+    )
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)
 
@@ -365,7 +370,11 @@ def _serve(verbs: Any) -> None:
     serve = verbs.add_parser("serve", help="answer programs in any language at a Unix socket")
     serve.add_argument("spec", metavar="SPEC", help="the spec, or - for standard input")
     serve.add_argument(
-        "--socket", metavar="PATH", type=place, required=True, help="where to listen; the socket is made"
+        "--socket",
+        metavar="PATH",
+        type=path("the path is empty"),
+        required=True,
+        help="where to listen; the socket is made",
     )
     serve.add_argument(
         "--engine",

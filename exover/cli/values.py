@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Callable
 from contextlib import suppress
 
 FORMS = ("text", "json", "sarif", "junit", "github")
@@ -25,18 +26,15 @@ def output(text: str) -> tuple[str, str]:
     return form, file
 
 
-def folder(text: str) -> str:
-    """Return the path of a folder: any but an empty one."""
-    if text:
-        return text
-    raise argparse.ArgumentTypeError("the name of the folder is empty; . is the current one")
+def path(why: str) -> Callable[[str], str]:
+    """Return what takes any path but an empty one; `why`: what is told of that."""
 
+    def filled(text: str) -> str:
+        if text:
+            return text
+        raise argparse.ArgumentTypeError(why)
 
-def place(text: str) -> str:
-    """Return the path of what is to be made: any but an empty one."""
-    if text:
-        return text
-    raise argparse.ArgumentTypeError("the path is empty")
+    return filled
 
 
 def renaming(text: str) -> tuple[str, str]:

@@ -63,6 +63,11 @@ class _Typed:
         return list(calls(self.model, self.most, taken(self.known)))
 
     @cached_property
+    def args(self) -> list[Struct]:
+        """The arguments of each request."""
+        return [args for args, _ in structs(self.model, taken(self.known))]
+
+    @cached_property
     def types(self) -> "TypeNames":
         """The types of this module."""
         return type_names(self.known)
@@ -98,7 +103,7 @@ class _Typed:
         for _, events in self.groups:
             for event in events:
                 yield from self._method(event)
-        for number, (args, _) in enumerate(structs(self.model, taken(self.known))):
+        for number, args in enumerate(self.args):
             if args.fields:
                 yield from self._reader(number, args)
             yield from self._viewers(number)
@@ -116,8 +121,7 @@ class _Typed:
                 yield from enum(self.types.enums[Statuses(number)], title, enumerate(request.statuses))
 
     def _structs(self) -> Iterator[str]:
-        pairs = zip(structs(self.model, taken(self.known)), self.types.args, self.model.requests, strict=True)
-        for (args, _), name, request in pairs:
+        for args, name, request in zip(self.args, self.types.args, self.model.requests, strict=True):
             if args.fields:
                 yield f"/// The arguments of `{plain(request.name)}`."
                 yield "#[derive(Clone, Copy, Debug, PartialEq)]"

@@ -308,6 +308,11 @@ def number(value: float) -> int | float:
     return int(value) if abs(value) < WHOLE and value.is_integer() else value
 
 
+def indented(found: object) -> str:
+    """Return an object as text on several lines with a final newline; it is strict JSON, without NaN and infinities."""
+    return escaped(json.dumps(found, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
+
+
 def escaped(text: str) -> str:
     """Return a JSON text as UTF-8 can carry it: lone surrogates, which a string may hold, as `\\udxxx`."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")

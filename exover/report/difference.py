@@ -1,12 +1,11 @@
 """What differs between two versions of a spec: as text, as a comment of a merge request, as JSON (docs/diff.md)."""
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
 from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
 from exover.model.event import Action, Event, Waits
-from exover.model.wire import action_json, escaped, event_json
+from exover.model.wire import action_json, event_json, indented
 from exover.model.wording import action_text, event_text, visible
 
 WEAKER = "OLD refuses it or lets it wait"
@@ -204,7 +203,7 @@ def render_json(compared: Compared) -> str:
         "renamed": dict(versions.renamed),
         "notes": list(compared.notes),
     }
-    return escaped(json.dumps(told, ensure_ascii=False, indent=1)) + "\n"
+    return indented(told)
 
 
 def _difference_json(compared: Compared, each: Difference) -> dict[str, Any]:

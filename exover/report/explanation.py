@@ -1,6 +1,5 @@
 """An explanation for people, and as JSON."""
 
-import json
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import groupby
@@ -9,7 +8,7 @@ from typing import Any
 from exover.model.event import Action, Invalid
 from exover.model.explanation import Account, Attempt, CounterfactualSearch, Demand, Explanation, Fact, RuleVerdict
 from exover.model.model import Model
-from exover.model.wire import action_json, escaped, event_json
+from exover.model.wire import action_json, event_json, indented
 from exover.model.wording import action_text, event_text, visible
 
 DEMANDS: dict[Demand, str] = {
@@ -136,7 +135,7 @@ def render_json(model: Model, explanation: Explanation) -> str:
         "why": [_account_json(model, account) for account in explanation.accounts],
         "search": _search_json(model, search) if search else None,
     }
-    return escaped(json.dumps(told, ensure_ascii=False, indent=1)) + "\n"
+    return indented(told)
 
 
 def _account_json(model: Model, account: Account) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """The findings as one JSON object (docs/checks.md)."""
 
-import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any, assert_never
@@ -8,7 +7,7 @@ from typing import Any, assert_never
 from exover.checks.finding import Baselined, Excuse, Finding, Waived
 from exover.model.event import Action, Event
 from exover.model.model import Model
-from exover.model.wire import action_json, escaped, event_json
+from exover.model.wire import action_json, event_json, indented
 from exover.report.summary import BoundFigures, ModelFigures, Summary, TableFigures
 
 
@@ -19,7 +18,7 @@ def render(summary: Summary, timings: bool = False) -> str:
 
 def written(report: dict[str, Any]) -> str:
     """Return an object as text with a final newline."""
-    return escaped(json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
+    return indented(report)
 
 
 def document(summary: Summary, timings: bool) -> dict[str, Any]:

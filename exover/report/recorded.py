@@ -11,7 +11,7 @@ from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import run
-from exover.model.wire import action_json, escaped, read_event
+from exover.model.wire import action_json, indented, read_event
 from exover.model.wording import action_text, visible
 from exover.report.json import steps_json
 from exover.report.story import Story, story_lines, story_of
@@ -155,4 +155,4 @@ def render_json(recorded: Recorded, story: Story) -> str:
         "trace": steps_json(story.model, [(scene.event, scene.actions) for scene in story.scenes]),
         "loop_start": story.loop_start,
     }
-    return escaped(json.dumps(finding, ensure_ascii=False, indent=1)) + "\n"
+    return indented(finding)

@@ -3,7 +3,6 @@
 Paragraph numbers are those of that standard.
 """
 
-import json
 from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import PurePath
@@ -17,7 +16,7 @@ from exover.manual import Page, pages
 from exover.model.event import Event, Observe
 from exover.model.model import Location, Model
 from exover.model.trace import Trace
-from exover.model.wire import escaped
+from exover.model.wire import escaped, indented
 from exover.model.wording import action_text, event_text
 from exover.report.policy import excuse_text
 from exover.report.summary import Summary, Unchecked
@@ -37,7 +36,7 @@ def render(summary: Summary, timings: bool = False) -> str:
 def written(runs: list[dict[str, Any]]) -> str:
     """Return a log of these runs as text with a final newline."""
     log = {"$schema": SCHEMA, "version": "2.1.0", "runs": runs}
-    return escaped(json.dumps(log, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
+    return indented(log)
 
 
 def run_that_failed(unchecked: Unchecked) -> dict[str, Any]:

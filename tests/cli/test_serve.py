@@ -7,7 +7,7 @@ import socket
 import struct
 import subprocess
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from random import Random
 from time import monotonic, sleep
@@ -108,6 +108,17 @@ class Served:
         assert self.process.stderr is not None
         self.process.stderr.close()
         return status
+
+
+@contextmanager
+def here(folder: Path, model: Model, said: list[str]) -> Iterator[serve.CheckerServer]:
+    """Give a server of this process, whose turns the test takes, and what it tells of odd clients."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(folder / "sock"))
+        listener.listen()
+        listener.setblocking(False)
+        with closing(serve.CheckerServer(model, ReferenceEngine(model), listener, said.append)) as server:
+            yield server
 
 
 @pytest.fixture
@@ -265,11 +276,7 @@ def test_a_listener_that_does_not_read_is_let_go_and_nobody_waits_for_it(
 ) -> None:
     monkeypatch.setattr(serve, "MAX_WAITING", 1 << 18)
     said: list[str] = []
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
-        listener.bind(str(tmp_path / "sock"))
-        listener.listen()
-        listener.setblocking(False)
-        server = serve.CheckerServer(model, ReferenceEngine(model), listener, said.append)
+    with here(tmp_path, model, said) as server:
         deaf, busy = Peer(tmp_path / "sock"), Peer(tmp_path / "sock")
         deaf.tell({"listen": True})
         for _ in range(5):
@@ -282,7 +289,6 @@ def test_a_listener_that_does_not_read_is_let_go_and_nobody_waits_for_it(
             if len(server.clients) < 2:
                 break
         assert said == ["client 1 is let go: more than 0 MiB of answers wait for it"]
-        server.close()
         deaf.socket.close()
         busy.socket.close()
 
@@ -292,11 +298,7 @@ def test_a_client_that_does_not_read_its_answers_is_read_no_more_and_that_is_tol
 ) -> None:
     monkeypatch.setattr(serve, "ENOUGH", 1 << 16)
     said: list[str] = []
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
-        listener.bind(str(tmp_path / "sock"))
-        listener.listen()
-        listener.setblocking(False)
-        server = serve.CheckerServer(model, ReferenceEngine(model), listener, said.append)
+    with here(tmp_path, model, said) as server:
         deaf = Peer(tmp_path / "sock")
         deaf.socket.setblocking(False)
         sent = 0
@@ -306,7 +308,6 @@ def test_a_client_that_does_not_read_its_answers_is_read_no_more_and_that_is_tol
             server.turn(0)
         assert 30 * server.steps < sent, "some of it was never read"
         assert said == ["nothing more is read from client 1: more than 0 MiB of answers wait for it"]
-        server.close()
         deaf.socket.close()
 
 
