@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
+from math import isinf
 from typing import Any
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
@@ -66,6 +67,7 @@ class _Reader:
         self._ambiguous(requests)
         self._launchable(requests)
         self._makeable(requests)
+        self._writable(requests)
         self._unread(posters)
         binding = Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
         self._passed(binding)
@@ -363,6 +365,18 @@ class _Reader:
                 message = f"a launch rule requires {quote(bound.request)}, whose call cannot have {first} and {second}"
                 advice = "let no argument, condition of `when` or constant stand at, or within, another"
                 self._mistakes.say("E706", message, ("request", bound.request), advice)
+
+    def _writable(self, requests: tuple[RequestBinding, ...]) -> None:
+        """Note arguments of launch rules that no number stands for in a call."""
+        of = {each.request: each for each in requests}
+        for launch in self._model.launches:
+            fields = of[launch.request].arguments if launch.request in of else ()
+            for field, value in zip(fields, launch.args, strict=False):
+                outer = field.write(value)
+                if isinstance(outer, float) and isinf(outer):
+                    given = f"{quote(launch.name)} requires {quote(field.name)} = {value_text(value)}"
+                    message = f"{given}, which no number stands for in a call, scaled back"
+                    self._mistakes.say("E706", message, ("request", launch.request, "arguments", field.name))
 
     def _unread(self, posters: tuple[PosterBinding, ...]) -> None:
         read = {each.poster for each in posters} | set(self._content.get("poster", {}))

@@ -253,3 +253,14 @@ def test_fields_are_scaled_both_ways() -> None:
 def test_a_field_that_cannot_be_read_says_why(outer: object, said: str) -> None:
     with pytest.raises(UnreadableField, match=said):
         ValueField("n", Int(0, 9), ("n",), 0.5).read(outer)
+
+
+def test_the_arguments_of_a_launch_rule_have_numbers_for_a_call() -> None:
+    model = model_of(SPEC + "poster tired: bool = false; launch go: base.move(0.5) when tired;")
+
+    def told(scale: str) -> list[str]:
+        found = read_binding(Source("b", BIND.replace("scale = 0.01", f"scale = {scale}")), model)[1]
+        return [each.message for each in found if each.severity == "error"]
+
+    assert told("1e-320") == ["`go` requires `v` = 0.5, which no number stands for in a call, scaled back"]
+    assert not told("1e-300")
