@@ -44,11 +44,23 @@ class Circuit:
 
     def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
-        return Influence(self).on(roots)
+        following = {latch.node: latch.next >> 1 for latch in self.latches}
+        seen = bytearray(len(self.fanins))
+        stack = [root >> 1 for root in roots]
+        while stack:
+            node = stack.pop()
+            if not seen[node]:
+                seen[node] = 1
+                pair = self.fanins[node]
+                if pair is not None:
+                    stack += [pair[0] >> 1, pair[1] >> 1]
+                elif node in following:
+                    stack.append(following[node])
+        return tuple(latch for latch in self.latches if seen[latch.node])
 
 
 class Influence:
-    """Which latches of a circuit its literals depend on in any number of steps, for many questions about one circuit.
+    """The supports of many sets of literals of one circuit.
 
     Sets of latches are numbers, a bit for each latch, so that one pass over the nodes collects those of all nodes.
     """
