@@ -202,3 +202,16 @@ def test_giving_up_what_waits_is_a_change_and_the_work_of_a_kill() -> None:
     assert found["idle-guard", "x.kill m.a"] == "holds"
     assert found["idle-guard", "x.kill m.b"] == "violated"
     assert found["redundancy", "x"] == "holds"
+
+
+def test_of_a_level_that_no_table_tests_diagrams_know_nothing() -> None:
+    """Since `x` always makes it wait, whether there is enough of `f` matters to nobody, but without `x`."""
+    made = compiled(
+        model_of("""spec s; forbid x: active(m.b) by wait;
+        module m { request b() { consumes f 2; } } resource f: 2 consumable by wait;""")
+    )
+    assumed = Properties((), (Assumption(Negation(Happened("rejected", "m.b")), NOWHERE),))
+    findings = check_all(made, lambda what: None, {"redundancy"}, assumed).findings
+    assert [(each.verdict, each.message) for each in findings if each.check == "redundancy"] == [
+        ("unknown", "the level of `f`, which no table tests, is not followed")
+    ]

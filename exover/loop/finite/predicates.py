@@ -114,7 +114,9 @@ class StatePredicates(SlotPredicates[S]):
                 ranks = [rank(cuts, float(value)) for value in self.loop.samples[number]]
                 return [self._by_value(self.loop.index["reading", number], ranks)]
             case Stock(resource):
-                var = self.loop.index["level", self.stock[resource]]
+                var = self.loop.index.get(("level", self.stock[resource]))
+                if var is None:
+                    raise TooLarge(f"the level of `{resource}`, which no table tests, is not followed")
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
             case HasPast(request, where):
                 arguments = self.loop.arguments[self.request[request]]

@@ -147,6 +147,11 @@ WIND = "spec s; poster wind: int in 0 .. 4 = 0; module m { request a(); }"
             forbid x: active(m.a) and active(m.b) by kill m.a, m.b;""",
             {"x": "holds"},
         ),
+        (
+            """spec s; forbid x: active(m.b) by wait;
+            module m { request b() { consumes f 2; } } resource f: 2 consumable by wait;""",
+            {"x": "holds"},
+        ),
     ],
     ids=[
         "later kill",
@@ -158,6 +163,7 @@ WIND = "spec s; poster wind: int in 0 .. 4 = 0; module m { request a(); }"
         "another kill",
         "never too many",
         "gives up",
+        "a level that matters without it alone",
     ],
 )
 def test_what_is_easy_to_get_wrong(text: str, wanted: dict[str, str]) -> None:
