@@ -26,7 +26,7 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Int, Real, Value, from_ordinal, ordinal
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import Tables
+from exover.ocrd.tables import Tables, VariableRow
 from exover.ocrd.vector import OUTCOMES
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
@@ -119,7 +119,7 @@ class Codec:
                 return EventNumbers("l", (self._stock[name],), _LEVEL.pack(value))
             case Observe(name, value, broken):
                 number = self._variable[name]
-                data = self._broken(number) if broken else self._readings[number].pack((value,))
+                data = self._broken(number, value) if broken else self._readings[number].pack((value,))
                 return EventNumbers("o", (number,), data)
             case Abort(name, slot):
                 return EventNumbers("k", (self._request[name], slot))
@@ -128,12 +128,22 @@ class Codec:
             case _:
                 assert_never(event)
 
-    def _broken(self, variable: int) -> bytes:
-        """Return a reading that is out of range; the checker itself takes its fallback for it."""
-        row = self._tables.variables[variable]
-        if isinstance(self._model.variables[variable].type, Real):
+    def untold(self, event: Event) -> tuple[Action, ...]:
+        """Return what the checker does not answer since no number can tell it: that a reading is out of range where
+        all numbers of 64 bits are in range. It is told the fallback then.
+        """
+        if not isinstance(event, Observe) or not event.broken or event.name in self._stock:
+            return ()
+        row = self._tables.variables[self._variable[event.name]]
+        beyond = isinstance(self._model.variable[event.name].type, Real) or _outside(row) is not None
+        return () if beyond else (_invalid("out-of-range", event),)
+
+    def _broken(self, number: int, value: Value) -> bytes:
+        """Return a reading that is out of range; the checker itself takes its fallback for it, which is `value`."""
+        if isinstance(self._model.variables[number].type, Real):
             return struct.pack("=d", math.nan)
-        return _LEVEL.pack(row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1)
+        outside = _outside(self._tables.variables[number])
+        return self._readings[number].pack((value,)) if outside is None else _LEVEL.pack(outside)
 
     def action(self, found: ActionNumbers, event: Event) -> Action:
         """Return an action that answers an event; raises `ValueError` if it is none."""
@@ -167,6 +177,13 @@ class Codec:
             return OWN[index], None
         reason = self._reasons[index]
         return reason.rule, reason.because
+
+
+def _outside(row: VariableRow) -> int | None:
+    """Return a number of 64 bits that is out of a range; None if there is none."""
+    if row.high < (1 << 63) - 1:
+        return row.high + 1
+    return row.low - 1 if row.low > -(1 << 63) else None
 
 
 def _invalid(code: str, event: Event) -> Invalid:

@@ -54,7 +54,7 @@ class InProcessEngine:
         self._sent[_VALUES : _VALUES + len(values)] = values
         count = self._library.library_step(self._host, *self._places)
         (self.fault,) = _STATUS.unpack_from(self._said)
-        return tuple([self._codec.action(found, event) for found in self._answers(count)])
+        return (*self._codec.untold(event), *(self._codec.action(found, event) for found in self._answers(count)))
 
     def _answers(self, count: int) -> Iterator[ActionNumbers]:
         said, place = self._said, _STATUS.size

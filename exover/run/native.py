@@ -174,7 +174,8 @@ class NativeEngine:
         return " ".join([found.letter, *map(str, found.numbers), *counted, *(f"{bits:016x}" for bits in found.bits)])
 
     def _actions(self, line: str, event: Event) -> tuple[Action, ...]:
-        return tuple(self._action(text.split(), event) for text in line.split(";")[:-1])
+        said = (self._action(text.split(), event) for text in line.split(";")[:-1])
+        return (*self._codec.untold(event), *said)
 
     def _action(self, words: list[str], event: Event) -> Action:
         kind, request, slot, reason, launch_rule = map(int, words[:5])

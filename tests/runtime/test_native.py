@@ -106,20 +106,26 @@ def test_more_than_a_pipe_holds_is_no_trouble() -> None:
 
 def test_a_broken_sensor_is_read_by_the_checker_itself() -> None:
     text = "spec s; poster a: int in 0 .. 5 = 0 else 5; poster b: bool = false else true; poster c: real = 0 else 1;"
-    model = model_of(text + "module m { request r() { check a < 5; } request q() { check c < 1; } }")
+    text += f"poster d: int in {-(1 << 63)} .. {(1 << 63) - 1} = 0 else 7;"  # no number tells that it is broken
+    model = model_of(text + "module m { request r() { check a < 5; } request q() { check c < 1; check d != 7; } }")
     events: list[Event] = [
         Observe("a", 5, True),
         Ask("m.r"),
         Observe("b", True, True),
         Observe("c", 1.0, True),
         Ask("m.q"),
+        Observe("c", 0.5),
+        Ask("m.q"),
+        Report("m.q", 0, "ok"),
+        Observe("d", 7, True),
+        Ask("m.q"),
     ]
     reference = Reference(model)
-    state = reference.start()
+    state, library = reference.start(), InProcessEngine(model, build(model).tables)
     with NativeEngine(model, build(model).tables) as engine:
         for event in events:
             state, actions = reference.step(state, event)
-            assert engine.step(event) == actions
+            assert engine.step(event) == library.step(event) == actions
 
 
 def test_results_of_a_request_without_parameters_are_read_anew() -> None:
