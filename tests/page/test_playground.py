@@ -152,7 +152,7 @@ def test_python_may_take_any_time_to_be_loaded(page: Page) -> None:
     assert watched == [[False], [True]]
 
 
-def test_no_engine_is_imported() -> None:
+def test_neither_dd_nor_a_solver_is_imported() -> None:
     code = f"import sys; from exover import playground as p; p.look({SMALL!r}); p.answer({SMALL!r}, '[]'); "
     code += "print(sorted({'dd', 'z3', 'numpy', 'pysat', 'lark'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
