@@ -1,5 +1,6 @@
 """A checker at a socket: several clients, one state, one event after the other (docs/serve.md)."""
 
+import errno
 import selectors
 import socket
 import struct
@@ -20,6 +21,10 @@ MAX_WAITING = 16 << 20
 """Bytes of answers that may wait for a client; one that leaves more unread is let go."""
 ENOUGH = 1 << 20
 """Bytes of answers that wait for a client above which nothing more is read from it."""
+SHORT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+"""Why the system accepts no client although one waits."""
+PAUSE = 1.0
+"""Seconds after which it is tried again then, if no client goes before."""
 _READ = 1 << 16
 _LENGTH = struct.Struct("<I")
 
@@ -56,11 +61,13 @@ class CheckerServer:
     _codec: RecordCodec = field(init=False)
     _selector: selectors.BaseSelector = field(init=False, default_factory=selectors.DefaultSelector)
     _known: int = 0
+    _short: bool = False
+    """The system accepts no client, and that has been told."""
 
     def __post_init__(self) -> None:
         """Wait for clients from now on."""
         self._codec = RecordCodec(self.model)
-        self._selector.register(self.listener, selectors.EVENT_READ)
+        self._listen()
 
     def serve(self) -> NoReturn:
         """Answer until the process is told to end."""
@@ -69,6 +76,9 @@ class CheckerServer:
 
     def turn(self, seconds: float | None) -> None:
         """Wait until something can be read or written, at most so long, and do it."""
+        deaf = self.listener not in self._selector.get_map()
+        if deaf:
+            seconds = PAUSE if seconds is None else min(seconds, PAUSE)
         for key, mask in self._selector.select(seconds):
             if key.fileobj is self.listener:
                 self._accept()
@@ -78,6 +88,8 @@ class CheckerServer:
                 self._read(client)
             if client.number in self.clients:
                 self._write(client)
+        if deaf:
+            self._listen()
 
     def close(self) -> None:
         """Let all clients go."""
@@ -87,16 +99,32 @@ class CheckerServer:
 
     # ---- connections ----
 
+    def _listen(self) -> None:
+        """Wait for clients, too."""
+        if self.listener not in self._selector.get_map():
+            self._selector.register(self.listener, selectors.EVENT_READ)
+
     def _accept(self) -> None:
         try:
             connected, _ = self.listener.accept()
-        except OSError as error:  # it is gone again, or no file is left to open
-            self.tell(f"a client cannot be served: {error.strerror}")
+        except OSError as error:
+            self._not_accepted(error)
             return
+        self._short = False
         connected.setblocking(False)
         self._known += 1
         client = self.clients[self._known] = Client(connected, self._known)
         self._selector.register(connected, selectors.EVENT_READ, client)
+
+    def _not_accepted(self, error: OSError) -> None:
+        """Go on without the client; if it still waits, without listening, for it would be heard of again at once."""
+        if error.errno not in SHORT:  # it is gone again
+            self.tell(f"a client cannot be served: {error.strerror}")
+            return
+        self._selector.unregister(self.listener)
+        if not self._short:
+            self.tell(f"clients wait until others go: {error.strerror}")
+        self._short = True
 
     def _drop(self, client: Client, why: str = "") -> None:
         if why:
@@ -104,6 +132,7 @@ class CheckerServer:
         self.clients.pop(client.number, None)
         self._selector.unregister(client.socket)
         client.socket.close()
+        self._listen()
 
     def _read(self, client: Client) -> None:
         try:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import signal
 import socket
 import struct
@@ -309,6 +310,47 @@ def test_a_client_that_does_not_read_its_answers_is_read_no_more_and_that_is_tol
         assert 30 * server.steps < sent, "some of it was never read"
         assert said == ["nothing more is read from client 1: more than 0 MiB of answers wait for it"]
         deaf.socket.close()
+
+
+@contextmanager
+def no_more_files() -> Iterator[None]:
+    """Let this process open no file more than it has open now."""
+    first_free = os.dup(0)
+    os.close(first_free)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (first_free, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_clients_that_cannot_be_accepted_wait_for_others_to_go_and_that_is_told_once(
+    tmp_path: Path, model: Model
+) -> None:
+    said: list[str] = []
+    with here(tmp_path, model, said) as server:
+        first = Peer(tmp_path / "sock")
+        server.turn(PATIENCE)
+        second = Peer(tmp_path / "sock")
+        second.tell(GOTO)
+        with no_more_files():
+            server.turn(PATIENCE)
+            begun = monotonic()
+            for _ in range(10):
+                server.turn(0.02)
+            assert monotonic() - begun >= 5 * 0.02, "it is not heard all the time of a client that waits"
+            assert said == ["clients wait until others go: Too many open files"]
+            first.tell(GOTO)
+            server.turn(PATIENCE)
+            assert first.hear()["actions"][0]["launch"] == "nd.goto"
+            first.socket.close()
+            while 2 not in server.clients:
+                server.turn(PATIENCE)
+        server.turn(PATIENCE)
+        assert second.hear()["step"] == 2
+        second.socket.close()
+    assert len(said) == 1
 
 
 @pytest.mark.parametrize(
