@@ -82,13 +82,28 @@ def _clear(path: str) -> None:
         return
     if not stat.S_ISSOCK(mode):
         raise CliError(f"{path} is there and is no socket")
+    try:
+        if _is_left(path):
+            os.unlink(path)
+            return
+    except FileNotFoundError:  # somebody has taken it away
+        return
+    except OSError as error:
+        raise CliError(f"cannot replace {path}, which may be in use: {error.strerror or error}") from error
+    raise CliError(f"another process listens at {path}")
+
+
+def _is_left(path: str) -> bool:
+    """Return whether nobody listens at a socket any more; `OSError` if that cannot be found out."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asked:
+        asked.setblocking(False)
         try:
             asked.connect(path)
-        except OSError:
-            os.unlink(path)
-        else:
-            raise CliError(f"another process listens at {path}")
+        except ConnectionRefusedError:
+            return True
+        except BlockingIOError:  # others wait to be accepted, as many as may
+            pass
+        return False
 
 
 def _ready() -> None:

@@ -1,5 +1,6 @@
 """`exover serve`: clients at a socket, by lines and by records, one state for all."""
 
+import errno
 import json
 import os
 import resource
@@ -407,6 +408,32 @@ def test_what_is_left_of_a_killed_process_is_replaced_and_nothing_else(run, tmp_
     assert (tmp_path / "sock").read_text() == "mine"
     done = run("serve", "demo.exo", "--socket", "no/folder/sock", "--engine", "tables")
     assert (done.returncode, "cannot listen at no/folder/sock" in done.stderr) == (2, True)
+
+
+def test_a_socket_whose_process_lets_nobody_in_is_left_alone(
+    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "demo.exo").write_text(SPEC)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(tmp_path / "sock"))
+        listener.listen(0)
+        waiting = Peer(tmp_path / "sock")
+        full = run("serve", "demo.exo", "--socket", "sock", "--engine", "tables")
+        assert (full.returncode, full.stderr) == (2, "exover: error: another process listens at sock\n")
+        with monkeypatch.context() as patched:
+            patched.setattr(socket, "socket", Forbidden)
+            shut = run("serve", "demo.exo", "--socket", "sock", "--engine", "tables")
+        waiting.socket.close()
+    why = "cannot replace sock, which may be in use: Permission denied"
+    assert (shut.returncode, shut.stderr) == (2, f"exover: error: {why}\n")
+    assert (tmp_path / "sock").exists()
+
+
+class Forbidden(socket.socket):
+    """A socket of somebody who may connect to none: the tests may be run by root, who always may."""
+
+    def connect(self, address: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 def test_systemd_is_told_when_clients_may_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
