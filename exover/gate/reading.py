@@ -23,11 +23,10 @@ from exover.gate.binding import (
 )
 from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of
 from exover.gate.schema import MistakeList
-from exover.graph.exclusion import may_wait_for
 from exover.model.index import ModelIndex
-from exover.model.model import Model, Parameter, Request, Wait
-from exover.model.reads import in_question
+from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.waiting import may_wait
 from exover.model.wire import domain
 from exover.model.wording import value_text
 from exover.source import Source
@@ -57,6 +56,7 @@ class _Reader:
         self._model = model
         self._mistakes = mistakes
         self._content = content
+        self._waiting = may_wait(model)
         self._gate = mistakes.table(("gate",), content.get("gate", {}), schema.GATE, "`gate`")
         self._watches = {name: self._watch(name, table) for name, table in content.get("watch", {}).items()}
 
@@ -164,7 +164,8 @@ class _Reader:
         name = quote(request.name)
         missing = self._mistakes.missing
         watched = report.watch is not None or self._spoilt_watch(path)
-        if missing(path, table, "wait") and missing(("gate",), self._gate, "wait") and may_wait(self._model, request):
+        untimed = missing(path, table, "wait") and missing(("gate",), self._gate, "wait")
+        if untimed and request.name in self._waiting:
             self._mistakes.say("E702", f"{name} can wait, and nothing says how long", path, "write wait = SECONDS")
         if table.get("started") and not watched:
             advice = f'write [request."{request.name}".report] with watch, status and running'
@@ -384,16 +385,6 @@ class _Reader:
             if variable.name not in read:
                 message = f"nothing reads {quote(variable.name)}: it stays {value_text(variable.initial)}"
                 self._mistakes.say("E708", message, ("poster",), f'write [poster."{variable.name}"]', "warning")
-
-
-def may_wait(model: Model, request: Request) -> bool:
-    """Return whether a request can come to its waiting place, as far as its rules tell by their form."""
-    stocks = (remedy for each in request.consumptions for remedy in model.resource[each.resource].remedies)
-    return (
-        any(guard.kind != "check" for guard in request.guards)
-        or Wait() in stocks
-        or any(may_wait_for(request, rule) for rule in in_question(model)[request.name])
-    )
 
 
 def _paths(table: Mapping[str, Any]) -> tuple[tuple[FieldPath, Any], ...]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from exover.dataclass import dataclass
 from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
 from exover.model.index import ModelIndex
-from exover.model.model import Kill, KillSlot, Model, Request, Rule, Wait
+from exover.model.model import Model, Request, Rule
 from exover.model.reads import needs
 from exover.ocrd.conflicts import pair
 
@@ -28,28 +28,6 @@ class Member:
     least: int
     most: int
     capacity: int
-
-
-def killed(rule: Rule) -> frozenset[str]:
-    """Return the requests that a remedy of the rule ends."""
-    found: set[str] = set()
-    for remedy in rule.remedies:
-        match remedy:
-            case Kill(requests):
-                found |= set(requests)
-            case KillSlot() if rule.slot_of:
-                found.add(rule.slot_of)
-            case _:
-                pass
-    return frozenset(found)
-
-
-def may_wait_for(request: Request, rule: Rule) -> bool:
-    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it, such as another
-    slot of its own.
-    """
-    beside_its_own = request.instances > 1 or request.interrupts_self
-    return Wait() in rule.remedies or any(name != request.name or beside_its_own for name in killed(rule))
 
 
 def members(rule: Rule, model: Model) -> tuple[Member, ...]:

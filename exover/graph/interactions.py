@@ -9,9 +9,10 @@ from itertools import chain
 from typing import Literal, get_args
 
 from exover.dataclass import dataclass
-from exover.graph.exclusion import Exclusion, Member, exclusions, killed, may_wait_for, members
+from exover.graph.exclusion import Exclusion, Member, exclusions, members
 from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
 from exover.model.reads import Read, in_question, reads, rule_reads
+from exover.model.waiting import killed, may_wait_for
 from exover.ocrd.conflicts import pair
 
 InteractionKind = Literal["excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"]
