@@ -4,7 +4,7 @@ import argparse
 import os
 import shutil
 import tempfile
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from importlib.util import find_spec
 
 from exover import __version__
@@ -15,6 +15,7 @@ from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_
 from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
 from exover.cli.files import STDIN, read_spec, refuse_twice, standard_input
 from exover.cli.gate import binding_of
+from exover.cli.replacing import replacing
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.engines.compiler import NativeUnavailable
@@ -113,16 +114,12 @@ def _write_table(found: list[MissionResult], path: str) -> None:
     if os.path.exists(path) and not os.path.isfile(path):
         raise CliError(f"cannot write {path}: it is no regular file")
     target = os.path.realpath(path)
-    temporary = os.path.join(os.path.dirname(target), f".{os.path.basename(target)}.{os.getpid()}")
     try:
         os.makedirs(os.path.dirname(target), exist_ok=True)
-        merge((mission.table for mission in found), temporary)
-        os.replace(temporary, target)
+        with replacing(target) as temporary:
+            merge((mission.table for mission in found), temporary)
     except OSError as error:
         raise CliError(f"cannot write {path}: {error.strerror or error}") from error
-    finally:
-        with suppress(OSError):  # it has got its own name, or was never made
-            os.unlink(temporary)
 
 
 def _complain(audit: Audit) -> None:

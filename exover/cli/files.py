@@ -5,11 +5,12 @@ import os
 import stat
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
+from exover.cli.replacing import replacing
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render_all
@@ -179,34 +180,31 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     `CliError` if one cannot be written.
     """
     missing = _missing(folder)
-    waiting: dict[str, str] = {}
     streams: dict[str, bytes] = {}
+    targets: dict[str, str] = {}
     paths: list[str] = []
     path = folder
     try:
-        os.makedirs(folder, exist_ok=True)
-        for artefact in artefacts:
-            path = os.path.join(folder, artefact.name)
-            paths.append(path)
-            missing = [*_missing(os.path.dirname(path)), *missing]
-            os.makedirs(os.path.dirname(path), exist_ok=True)
-            if _is_stream(path):
-                streams[path] = artefact.content
-                continue
-            target = os.path.realpath(path)
-            own, name = os.path.split(target)
-            waiting[target] = os.path.join(own, f".{name}.{os.getpid()}")
-            _write(waiting[target], artefact.content)
-        for path, content in streams.items():
-            _write_into(path, content)
-        for path, temporary in waiting.items():
-            os.replace(temporary, path)
+        with ExitStack() as waiting:
+            os.makedirs(folder, exist_ok=True)
+            for artefact in artefacts:
+                path = os.path.join(folder, artefact.name)
+                paths.append(path)
+                missing = [*_missing(os.path.dirname(path)), *missing]
+                os.makedirs(os.path.dirname(path), exist_ok=True)
+                if _is_stream(path):
+                    streams[path] = artefact.content
+                    continue
+                target = os.path.realpath(path)
+                if target in targets:
+                    raise CliError(f"cannot write {path}: it is the same file as {targets[target]}")
+                targets[target] = path
+                _write(waiting.enter_context(replacing(target)), artefact.content)
+            for path, content in streams.items():
+                _write_into(path, content)
     except OSError as error:
-        raise CliError(f"cannot write {path}: {error.strerror}") from error
+        raise CliError(f"cannot write {error.filename2 or path}: {error.strerror}") from error
     finally:
-        for temporary in waiting.values():
-            with suppress(OSError):  # it has got its own name, or was never made
-                os.unlink(temporary)
         for made in missing:
             with suppress(OSError):  # it is not empty: everything is written
                 made.rmdir()
@@ -245,7 +243,7 @@ def _missing(folder: str) -> list[Path]:
 
 
 def _write(path: str, content: bytes) -> None:
-    with open(path, "xb") as file:
+    with open(path, "wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())

@@ -18,9 +18,9 @@ from contextlib import suppress
 from datetime import date
 from hashlib import sha256
 from pathlib import Path
-from tempfile import mkstemp
 
 import exover
+from exover.cli.replacing import replacing
 from exover.dataclass import dataclass
 
 FOLDER, CONFIG, OFF = ".exover_cache", "exover.toml", "EXOVER_NO_CACHE"
@@ -145,14 +145,11 @@ def _tidy(folder: Path) -> None:
 
 def _written(file: Path, text: str) -> None:
     """Write a file whole or not at all."""
-    number, temporary = mkstemp(dir=file.parent, prefix=".", suffix=".tmp")
-    try:
-        with open(number, "w", encoding="utf-8", errors="surrogatepass") as stream:
-            stream.write(text)
-        os.replace(temporary, file)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with (
+        replacing(str(file), private=True) as temporary,
+        open(temporary, "w", encoding="utf-8", errors="surrogatepass") as stream,
+    ):
+        stream.write(text)
 
 
 # ---- what a report depends on ----

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from exover.cli.files import write_all
+from exover.cli.replacing import replacing
 from exover.cli.status import CliError
 from exover.emit.artefact import Artefact
 from tests.cli.specs import DEAF
@@ -75,6 +76,39 @@ def test_links_are_followed(tmp_path: Path) -> None:
     assert (tmp_path / "a.h").is_symlink()
     assert (tmp_path / "b.c").is_symlink()
     assert tree(tmp_path / "there") == {"old": b"1\n", "new": b"2" * 5000}
+
+
+def test_links_that_lead_to_one_file_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "old").write_bytes(b"old")
+    (tmp_path / "a.h").symlink_to("old")
+    (tmp_path / "b.c").symlink_to("old")
+    with pytest.raises(CliError, match=r"cannot write .*b\.c: it is the same file as .*a\.h"):
+        write_all(str(tmp_path), TWO)
+    assert tree(tmp_path) == {"old": b"old", "a.h": b"old", "b.c": b"old"}
+
+
+def test_a_file_of_somebody_else_is_neither_in_the_way_nor_removed(tmp_path: Path) -> None:
+    stranger = f".a.h.{os.getpid()}"
+    (tmp_path / stranger).write_bytes(b"mine")
+    write_all(str(tmp_path), TWO)
+    assert tree(tmp_path) == {stranger: b"mine", "a.h": TWO[0].content, "b.c": TWO[1].content}
+
+
+def test_files_that_are_whole_take_their_places_or_are_gone(tmp_path: Path) -> None:
+    file = tmp_path / "a"
+    with pytest.raises(KeyboardInterrupt), replacing(str(file)) as temporary:
+        Path(temporary).write_bytes(b"half")
+        assert os.path.dirname(temporary) == str(tmp_path)
+        raise KeyboardInterrupt
+    assert tree(tmp_path) == {}
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OSError), replacing(str(tmp_path / "folder")) as temporary:
+        Path(temporary).write_bytes(b"whole")
+    assert tree(tmp_path) == {"folder": None}
+    with replacing(str(file), private=True) as temporary:
+        Path(temporary).write_bytes(b"whole")
+        assert not file.exists()
+    assert (file.read_bytes(), file.stat().st_mode & 0o777) == (b"whole", 0o600)
 
 
 def test_a_link_that_leads_nowhere(tmp_path: Path) -> None:

@@ -1,0 +1,23 @@
+"""A file that is written whole or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+
+@contextmanager
+def replacing(path: str, private: bool = False) -> Iterator[str]:
+    """Give the path of an empty file that takes the place of `path` when the body has ended; if that fails, it goes.
+
+    It stands in the same folder under a random name, so that it is never a file of somebody else. `private`: only its
+    owner may read it.
+    """
+    temporary = os.path.join(os.path.dirname(path), f".{os.urandom(8).hex()}.tmp")
+    try:
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if private else 0o666))
+        yield temporary
+        os.replace(temporary, path)
+    except BaseException:
+        with suppress(OSError):  # it was never made
+            os.unlink(temporary)
+        raise
