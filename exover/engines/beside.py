@@ -4,6 +4,7 @@ import os
 import pickle
 import signal
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from multiprocessing import Pipe
 from queue import SimpleQueue
 from threading import Event, Thread
@@ -25,38 +26,46 @@ class Beside(Generic[M]):
     """Work that goes on while the body of this context does other work; its end is heard by `hear`.
 
     `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
-    process fails, the work is done again in this one. Its temporary files are in a folder that is gone when it is.
+    process fails, or none can be had, the work is done in this one. Its temporary files are in a folder that is gone
+    when it is.
     """
 
     def __init__(self, work: SideTask[M], apart: bool) -> None:
         self._work, self._apart = work, apart and hasattr(os, "fork")
         self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
         self._end: tuple[str, Any] | None = None
-        self._child = 0
+        self._held = ExitStack()
         self._scratch = Scratch()
         self.arrived = Event()
         """Set when its process has said something, or ended."""
 
     def __enter__(self) -> "Beside[M]":
         if self._apart:
-            ours, theirs = Pipe(duplex=False)
-            parent = os.getpid()
-            self._scratch.__enter__()
-            self._child = os.fork()
-            if self._child == 0:
-                files_in(self._scratch.folder)
-                _serve(self._work, theirs, parent)
-            theirs.close()
-            self._reader = Thread(target=_read, args=(ours, self._put), daemon=True)
-            self._reader.start()
+            try:
+                self._held = self._begin()
+            except (OSError, RuntimeError):  # the system has no process, pipe or thread left
+                self._apart = False
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._child:
-            os.kill(self._child, signal.SIGKILL)
-            os.waitpid(self._child, 0)
-            self._reader.join()
-            self._scratch.__exit__(*error)
+        self._held.close()
+
+    def _begin(self) -> ExitStack:
+        """Let a process begin, and return what ends it; raises `OSError` or `RuntimeError`, and leaves nothing then."""
+        parent = os.getpid()
+        with ExitStack() as begun:
+            begun.enter_context(self._scratch)
+            ours, theirs = Pipe(duplex=False)
+            begun.callback(ours.close)
+            self._reader = Thread(target=_read, args=(ours, self._put), daemon=True)
+            with theirs:
+                child = os.fork()
+                if child == 0:
+                    files_in(self._scratch.folder)
+                    _serve(self._work, theirs, parent)
+            begun.callback(_end_process, child, self._reader)
+            self._reader.start()
+            return begun.pop_all()
 
     def hear(self, take: Say[M]) -> None:
         """Take all that the work says, and return when it is done."""
@@ -121,6 +130,14 @@ def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
             channel.send((DONE, None))
     finally:
         os._exit(0)
+
+
+def _end_process(child: int, reader: Thread) -> None:
+    """End a process, and wait for whoever reads what it says."""
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    if reader.is_alive():
+        reader.join()
 
 
 def _read(channel: Any, put: Callable[[tuple[str, Any]], None]) -> None:

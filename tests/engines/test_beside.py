@@ -3,12 +3,15 @@
 import os
 import signal
 import tempfile
+from errno import EAGAIN
 from pathlib import Path
 from select import select
 from signal import pause
+from threading import Thread
 
 import pytest
 
+from exover.engines import beside
 from exover.engines.beside import Beside, Say, hear_all, step_back_if_apart
 from exover.engines.process import BEHIND
 
@@ -168,6 +171,30 @@ def test_work_whose_process_dies_is_done_again() -> None:
     with Beside(work, apart=True) as beside:
         beside.hear(heard.append)
     assert heard[-2:] == ["begun", "done"] and heard.count("done") == 1
+
+
+@pytest.mark.parametrize("missing", ["process", "pipe", "thread"])
+def test_work_is_done_in_turn_where_no_process_can_be_had(
+    missing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object, **__: object) -> None:
+        raise RuntimeError("can't start new thread") if missing == "thread" else BlockingIOError(EAGAIN, "no more")
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    where = {"process": (os, "fork"), "pipe": (beside, "Pipe"), "thread": (Thread, "start")}
+    monkeypatch.setattr(*where[missing], refused)
+    heard: list[int] = []
+    before = _held()
+    with Beside[int](lambda say: say(os.getpid()), apart=True) as work:
+        assert _held() == before and not list(tmp_path.iterdir())
+        assert work.overhear(heard.append) and not heard
+        work.hear(heard.append)
+    assert heard == [os.getpid()]
+
+
+def _held() -> tuple[list[str], str]:
+    """Return the open files of this process and its children."""
+    return sorted(os.listdir("/proc/self/fd")), Path(f"/proc/self/task/{os.getpid()}/children").read_text()
 
 
 def test_what_is_not_heard_leaves_no_file() -> None:
