@@ -1,5 +1,6 @@
 """What a gate has decided, as JSON lines in a file; a file that cannot be written stops nobody."""
 
+import errno
 import os
 from collections.abc import Callable
 from contextlib import suppress
@@ -30,7 +31,8 @@ def stamped(*takers: Take, clock: Callable[[], float] = time) -> Journal:
 class JournalFile:
     """Appends each line, whole or not at all, before it returns; raises `OSError` only when it is made.
 
-    What cannot be written is counted, told once, and noted before the next line that can be written.
+    Half a line stays if somebody else has written behind it. What cannot be written is counted, told once, and noted
+    before the next line that can be written.
     """
 
     def __init__(self, path: str, complain: Complaint, clock: Callable[[], float] = time) -> None:
@@ -57,8 +59,10 @@ class JournalFile:
         if written == len(data):
             return
         with suppress(OSError):  # it is a pipe or a device
-            os.ftruncate(self._file, os.fstat(self._file).st_size - written)
-        raise OSError(28, "no space is left on the device")
+            end = os.lseek(self._file, 0, os.SEEK_CUR)
+            if os.fstat(self._file).st_size == end:  # else somebody has written behind it
+                os.ftruncate(self._file, end - written)
+        raise OSError(errno.ENOSPC, "no space is left on the device")
 
     def close(self) -> None:
         """Close the file."""

@@ -54,3 +54,21 @@ def test_half_a_line_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(os, "write", lambda file, data: real(file, data[:5]))
     journal(b'{"a": 2}\n')
     assert (tmp_path / "log").read_bytes() == whole and len(told) == 1
+
+
+def test_what_somebody_else_has_written_behind_half_a_line_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, told, real = tmp_path / "log", list[str](), os.write
+    journal = JournalFile(str(path), told.append)
+    journal(b'{"a": 1}\n')
+
+    def half(file: int, data: bytes) -> int:
+        written = real(file, data[:5])
+        with path.open("ab") as other:
+            other.write(b'{"of": "another"}\n')
+        return written
+
+    monkeypatch.setattr(os, "write", half)
+    journal(b'{"a": 2}\n')
+    assert path.read_bytes() == b'{"a": 1}\n{"a":{"of": "another"}\n' and len(told) == 1
