@@ -24,6 +24,8 @@ from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
 STDIN = "<stdin>"
+MOST_BYTES = 1 << 28
+"""What tables, a certificate or a black box may have: of a file that is cut nothing is known."""
 
 
 def read_spec(path: str) -> Model:
@@ -108,15 +110,18 @@ def refuse_twice(*paths: str | None) -> None:
         raise CliError("only one thing can be read from standard input, and - stands for it twice")
 
 
-def read_bytes(path: str, most: int) -> bytes:
-    """Return what a file holds, or standard input if the path is `-`, `most` bytes of it at the most.
+def read_bytes(path: str) -> bytes:
+    """Return what a file holds that is no text, or standard input if the path is `-`.
 
-    `CliError` is raised if it cannot be read.
+    `CliError` is raised if it cannot be read, or is larger than `MOST_BYTES`.
     """
     try:
-        return _content(path, most)
+        content = _content(path, MOST_BYTES + 1)
     except OSError as error:
         raise CliError(f"cannot read {shown(path)}: {error.strerror}") from error
+    if len(content) > MOST_BYTES:
+        raise CliError(f"cannot read {shown(path)}: it is larger than {MOST_BYTES} bytes")
+    return content
 
 
 def _content(path: str, most: int) -> bytes:

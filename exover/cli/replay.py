@@ -15,8 +15,6 @@ from exover.report.replayed import run_lines
 from exover.run.box import Box, NotABox, read_box
 from exover.run.replay import replay
 
-MOST_BYTES = 1 << 28
-
 
 def run(arguments: argparse.Namespace) -> int:
     """Print every run of the box, oldest first, and return what became of them; write the events of the last one."""
@@ -53,7 +51,7 @@ def _status(runs: list[tuple[Replayed, ...]]) -> ExitStatus:
 
 def _box(path: str) -> Box:
     try:
-        found = read_box(read_bytes(path, MOST_BYTES))
+        found = read_box(read_bytes(path))
     except NotABox as reason:
         raise CliError(f"{shown(path)} is no black box: {reason}") from reason
     if not found.runs:

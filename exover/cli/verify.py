@@ -14,8 +14,6 @@ from exover.pipeline import claimed, different, embedded
 if TYPE_CHECKING:
     from exover.certificate.verify import Finding, Verified
 
-MOST_BYTES = 1 << 28
-
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what was verified and return 0; 1 if something is not so, 3 if that is more than can be found out."""
@@ -65,7 +63,7 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> ExitStatus:
     from exover.certificate.verify import Unreadable, read, verify
 
     try:
-        certificate = read(_content(arguments.file))
+        certificate = read(read_bytes(arguments.file))
     except Unreadable as reason:
         raise CliError(f"{arguments.file} cannot be read as a certificate: {reason}") from reason
     expected = None
@@ -117,7 +115,7 @@ def _is_wanted(finding: "Finding") -> bool:
 def _table(path: str) -> bytes:
     """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
     if not path.endswith((".c", ".rs")):
-        return _content(path)
+        return read_bytes(path)
     from exover.engines.compiler import NativeUnavailable
 
     if not os.path.isfile(path):
@@ -126,10 +124,3 @@ def _table(path: str) -> bytes:
         return embedded(path)
     except NativeUnavailable as reason:
         raise CliError(f"cannot compile {path}: {reason}") from reason
-
-
-def _content(path: str) -> bytes:
-    content = read_bytes(path, MOST_BYTES + 1)
-    if len(content) > MOST_BYTES:
-        raise CliError(f"cannot read {path}: it is larger than {MOST_BYTES} bytes")
-    return content

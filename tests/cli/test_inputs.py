@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from exover.cli import files
 from exover.syntax import parse
 from tests.support.command import environment
 
@@ -31,6 +32,14 @@ def test_paths_that_are_no_files(run, spec, tmp_path):
     refused(run("simulate", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
     refused(run("check", spec / "x.exo"), "cannot read", "Not a directory")
     refused(run("check", "/dev/zero"), "error[E003]", "--> /dev/zero")
+
+
+@pytest.mark.parametrize("verb", ["replay", "verify"])
+def test_what_is_too_large_is_not_read_in_part(run, spec, tmp_path, verb, monkeypatch):
+    monkeypatch.setattr(files, "MOST_BYTES", 100)
+    (tmp_path / "x.bin").write_bytes(bytes(101))
+    words = ("replay", "x.bin", "demo.exo") if verb == "replay" else ("verify", "x.bin", "--spec", "demo.exo")
+    refused(run(*words), "exover: error: cannot read x.bin: it is larger than 100 bytes")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
