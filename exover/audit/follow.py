@@ -11,6 +11,7 @@ from exover.audit.mission import KillDeed, LaunchDeed, LostLines, Noted, RejectD
 from exover.audit.trail import DIVERGENCES, AuditAnswer, AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.model.event import (
+    NO_RULES,
     Abort,
     AbortWaiting,
     Action,
@@ -30,7 +31,6 @@ from exover.model.model import Model
 
 REFUSED, UNDECIDED = -2, -3
 """Instead of the slot of an instance."""
-NO_RULES = ("busy", "superseded", "aborted", "abort")
 
 
 class AuditChecker(Protocol):

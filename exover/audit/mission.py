@@ -8,9 +8,9 @@ from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json, read_entries, read_object
-from exover.run.codec import INVALID_CODES
+from exover.run.codec import C_CODES
 
-CODES = (*INVALID_CODES, "wrong-type")
+CODES = (*C_CODES, "wrong-type")
 """The codes of `invalid`, those of the C runtime first."""
 KINDS = ("ask", "report", "observe", "abort")
 DEEDS = ("launch", "kill", "wait", "reject")

@@ -9,6 +9,21 @@ Ending = Literal["ok", "failed", "interrupted"]
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 Args = tuple[Value, ...]
 """Arguments or results in the order of their declaration."""
+NO_RULES = ("busy", "superseded", "aborted", "abort")
+"""Reasons that answers give without a rule, in the order of docs/serve.md; no rule is called so."""
+INVALID_CODES = (
+    "bad-event",
+    "unknown-request",
+    "unknown-poster",
+    "unknown-argument",
+    "missing-argument",
+    "wrong-type",
+    "out-of-range",
+    "unknown-status",
+    "not-active",
+    "nothing-to-abort",
+)
+"""Codes of `Invalid`, in the order of the language, which is that of docs/serve.md."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +102,7 @@ class Waits:
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """The request is refused; `rule` may also be `busy`, `superseded` or `aborted`."""
+    """The request is refused; `rule` may also be `busy`, `superseded` or `aborted`, or `faulty` of compiled code."""
 
     request: str
     rule: str
@@ -115,7 +130,7 @@ class Violated:
 
 @dataclass(frozen=True, slots=True)
 class Invalid:
-    """The event was not one; `code` is one of those of docs/language.md section 4."""
+    """The event was not one; `code` is one of `INVALID_CODES`."""
 
     code: str
     detail: str = ""

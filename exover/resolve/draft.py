@@ -6,6 +6,7 @@ from typing import Literal
 
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
+from exover.model.event import NO_RULES
 from exover.model.model import (
     Consumption,
     Effect,
@@ -31,8 +32,6 @@ from exover.resolve.values import MAX_INT
 from exover.source import Span
 from exover.syntax import tree
 
-RESERVED = ("busy", "superseded", "aborted", "abort")
-"""Reasons that answers give without a rule."""
 MAX_ITEMS = 1_000_000
 """Rules and guards of one file with its lists expanded."""
 
@@ -113,7 +112,7 @@ class Draft:
         `labelled`: whether the engineer has chosen it.
         """
         first = same_name(self._taken, name, span)
-        if name in RESERVED:
+        if name in NO_RULES:
             hint = "answers use this name themselves"
             self.mistakes.add("E212", f"no rule can be called {quote(name)}", span, hint=hint)
         elif first:

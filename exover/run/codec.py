@@ -7,6 +7,7 @@ from functools import cache
 from typing import NamedTuple, assert_never
 
 from exover.model.event import (
+    INVALID_CODES,
     Abort,
     AbortWaiting,
     Action,
@@ -33,18 +34,8 @@ LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B,
 """The kinds of actions in exover.h."""
 NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
 OWN = {SUPERSEDED: "superseded", ABORTED: "aborted", FAULTY: "faulty"}
-INVALID_CODES = (
-    "bad-event",
-    "unknown-request",
-    "unknown-poster",
-    "unknown-argument",
-    "missing-argument",
-    "out-of-range",
-    "unknown-status",
-    "not-active",
-    "nothing-to-abort",
-)
-"""The codes of `invalid`, as `enum exover_invalid` has them, from 1."""
+C_CODES = tuple(code for code in INVALID_CODES if code != "wrong-type")
+"""The codes of `invalid`, as `enum exover_invalid` has them, from 1: in C no value is of a wrong type."""
 _WORD = struct.Struct("=Q")
 _LEVEL = struct.Struct("=q")
 
@@ -153,7 +144,7 @@ class Codec:
             rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
             return Launched(name, slot, self._args[name].unpack(values), rule, because, self._origin(required))
         if kind == INVALID:
-            return _invalid(INVALID_CODES[reason - 1], event)
+            return _invalid(C_CODES[reason - 1], event)
         return self._answer(kind, request, slot, reason, required)
 
     def _action(self, kind: int, request: int, slot: int, reason: int, required: int) -> Action:

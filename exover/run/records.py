@@ -7,7 +7,19 @@ from functools import cached_property
 from typing import Any, assert_never
 
 from exover.model.canonical import digest
-from exover.model.event import ENDINGS, Action, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
+from exover.model.event import (
+    ENDINGS,
+    INVALID_CODES,
+    NO_RULES,
+    Action,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Rejected,
+    Violated,
+    Waits,
+)
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
@@ -16,20 +28,6 @@ from exover.ocrd.reasons import reasons
 
 NO_NUMBER = 0xFFFF
 NO_RULE = 0xFFFF_FFFF
-OWN = ("busy", "superseded", "aborted", "abort")
-"""Reasons that are no rules; they come first among the rules."""
-CODES = (
-    "bad-event",
-    "unknown-request",
-    "unknown-poster",
-    "unknown-argument",
-    "missing-argument",
-    "wrong-type",
-    "out-of-range",
-    "unknown-status",
-    "not-active",
-    "nothing-to-abort",
-)
 LISTEN = 5
 _ACTION = struct.Struct("<BHHIIB")
 _HEAD = struct.Struct("<QH")
@@ -48,7 +46,7 @@ class RecordCodec:
     @cached_property
     def _rules(self) -> dict[tuple[str, str | None], int]:
         named = [(each.rule, each.because) for each in reasons(self._model)]
-        return {each: number for number, each in enumerate(dict.fromkeys([*((own, None) for own in OWN), *named]))}
+        return {each: number for number, each in enumerate(dict.fromkeys([*((own, None) for own in NO_RULES), *named]))}
 
     @cached_property
     def _origins(self) -> dict[str, int]:
@@ -72,7 +70,7 @@ class RecordCodec:
             ],
             "observables": _described(self._observables),
             "rules": [{"rule": rule} | ({} if text is None else {"because": text}) for rule, text in self._rules],
-            "codes": list(CODES),
+            "codes": list(INVALID_CODES),
         }
         return json.dumps(told).encode()
 
@@ -140,7 +138,7 @@ class RecordCodec:
             case Violated(rule, because):
                 return _ACTION.pack(4, NO_NUMBER, NO_NUMBER, self._rules[rule, because], NO_RULE, 0)
             case Invalid(code):
-                return _ACTION.pack(5, NO_NUMBER, NO_NUMBER, NO_RULE, NO_RULE, CODES.index(code))
+                return _ACTION.pack(5, NO_NUMBER, NO_NUMBER, NO_RULE, NO_RULE, INVALID_CODES.index(code))
             case _:
                 assert_never(action)
 
