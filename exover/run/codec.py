@@ -32,7 +32,8 @@ from exover.ocrd.vector import OUTCOMES
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
 """The kinds of actions in exover.h."""
-NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
+UNSAID, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
+"""Instead of a reason; `UNSAID` also instead of anything else that an action does not say."""
 OWN = {SUPERSEDED: "superseded", ABORTED: "aborted", FAULTY: "faulty"}
 C_CODES = tuple(code for code in INVALID_CODES if code != "wrong-type")
 """The codes of `invalid`, as `enum exover_invalid` has them, from 1: in C no value is of a wrong type."""
@@ -141,7 +142,7 @@ class Codec:
         kind, request, slot, reason, required, values = found
         if kind == LAUNCH:
             name = self._model.requests[request].name
-            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
+            rule, because = self._reason(reason) if reason != UNSAID else (None, None)
             return Launched(name, slot, self._args[name].unpack(values), rule, because, self._origin(required))
         if kind == INVALID:
             return _invalid(C_CODES[reason - 1], event)
@@ -161,7 +162,7 @@ class Codec:
         return Rejected(name, *self._reason(reason), launch_rule)
 
     def _origin(self, launch_rule: int) -> str | None:
-        return None if launch_rule == NO_REASON else self._reasons[launch_rule].rule
+        return None if launch_rule == UNSAID else self._reasons[launch_rule].rule
 
     def _reason(self, index: int) -> tuple[str, str | None]:
         if index in OWN:

@@ -16,14 +16,19 @@ from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.run import box
 from exover.run.box import BoxStep
+from exover.run.codec import ABORTED, FAULTY, INVALID, KILL, LAUNCH, OWN, REJECT, UNSAID, VIOLATION, WAIT
 from exover.run.simulate import ReferenceEngine
 
 NO_NAME = "?"
 """No name of the language: what a box says of a thing that there is not."""
-VERBS = {0x1E76: "launch", 0x4BDC: "wait", 0x45AA: "reject", 0x2F5B: "kill", 0x7455: "violation", 0x1369: "invalid"}
-"""The kinds of answers in exover.h."""
-LAUNCH, INVALID = 0x1E76, 0x1369
-UNSAID = -1
+VERBS = {
+    LAUNCH: "launch",
+    WAIT: "wait",
+    REJECT: "reject",
+    KILL: "kill",
+    VIOLATION: "violation",
+    INVALID: "invalid",
+}
 FAULTS = (
     "PATH",
     "ACTIONS",
@@ -92,7 +97,7 @@ def _recorded(model: Model, names: Sequence[str], answer: Sequence[int]) -> Bare
     verb = VERBS.get(kind, NO_NAME)
     if kind == INVALID:
         return BareAction(verb)
-    own = {UNSAID: None, -2: "superseded", -3: "abort" if verb == "kill" else "aborted", -4: "the checker is faulty"}
+    own = {UNSAID: None, **OWN, FAULTY: "the checker is faulty"} | ({ABORTED: "abort"} if kind == KILL else {})
     rule = own[reason] if reason in own else _at(names, reason) or NO_NAME
     subject = _at(model.requests, request)
     name = None if request == UNSAID else subject.name if subject else NO_NAME
