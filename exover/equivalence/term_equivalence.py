@@ -17,9 +17,9 @@ from exover.engines.smt.concretize import as_doubles
 from exover.engines.smt.solver import Inconclusive, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
-from exover.equivalence.rule_encoding import RuleEncoding
 from exover.loop.diagram_walk import agreed
 from exover.loop.exact.layout import Layout, sort_of
+from exover.loop.exact.quantity_terms import QuantityTerms
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import LinearForm, RequestArguments, TableEncoding
 from exover.loop.exact.term import Term, Terms, below
@@ -52,8 +52,8 @@ class TermComparison:
         self.vector = TableEncoding(self.layout, self.tables)
         self.frame = SymbolicState(self.terms, self.layout.vars)
         self.looked = {r.name: self._arguments(r.name, (*r.params, *r.results)) for r in self.model.requests}
-        self.elements = RuleEncoding(self.vector, self.looked)
         self.questions = DecisionContext(Vocabulary(self.model))
+        self.quantities = QuantityTerms(self.layout, self.looked, self.questions.vocabulary)
         self.entry_of = {element: entry for entry, element in enumerate(self.compiled.entries)}
 
     def _arguments(self, request: str, params: tuple[Parameter, ...]) -> tuple[Term, ...]:
@@ -114,8 +114,12 @@ class TermComparison:
         within = [self._between(element, low - 1, high) for element, (low, high) in path]
         return self._possible(self.terms.both(within))
 
+    def at_most(self, element: Element, bound: int) -> Term:
+        """Return where an element is at most `bound`, as the model has it."""
+        return self.vector.at_most(self.quantities.element(element), bound)
+
     def _between(self, element: Element, above: int, most: int) -> Term:
-        low, high = self.elements.at_most(element, above), self.elements.at_most(element, most)
+        low, high = self.at_most(element, above), self.at_most(element, most)
         return self.terms.both((self.terms.negation(low), high))
 
     # ---- entries ----
@@ -155,7 +159,8 @@ class TermComparison:
         if len(requests) > 1 or not self._is_of(entry, *requests):
             return False
         looked = [RequestArguments(self.records.index.request[name], self.looked[name]) for name in requests]
-        its, mine = self.vector.entry(self.frame, looked[0] if looked else None, entry), self.elements.value(element)
+        its = self.vector.entry(self.frame, looked[0] if looked else None, entry)
+        mine = self.quantities.element(element)
         if its == mine:
             return True
         if not (isinstance(its, LinearForm) and isinstance(mine, LinearForm)):
@@ -183,7 +188,7 @@ class TermComparison:
         key = (number, predicate, where, results)
         if key not in self._predicates:
             name = self.model.requests[number].name
-            same = self.terms.equal(self._agreed(predicate), self.elements.concerned(name, where))
+            same = self.terms.equal(self._agreed(predicate), self.quantities.concerned(name, where))
             self._predicates[key] = not self._possible(self.terms.negation(same))
         return self._predicates[key]
 
@@ -197,7 +202,7 @@ class TermComparison:
 
     def tested(self, entry: int, bound: int) -> Term:
         """Return where what an entry is, is at most `bound`."""
-        return self.elements.at_most(self.compiled.entries[entry], bound)
+        return self.at_most(self.compiled.entries[entry], bound)
 
     def _misread(self) -> Iterator[str]:
         """Yield the requests whose arguments are told apart by something else than they are, and posters."""
@@ -256,8 +261,8 @@ class _Split:
     def between(self, states: Term, element: int, above: int | None, most: int | None) -> Term:
         """Return those in which the element of this number is more than `above`, and `most` at most."""
         terms, of = self.rules.terms, self.rules.questions.numbers.elements[element]
-        low = terms.true if above is None else terms.negation(self.rules.elements.at_most(of, above))
-        high = terms.true if most is None else self.rules.elements.at_most(of, most)
+        low = terms.true if above is None else terms.negation(self.rules.at_most(of, above))
+        high = terms.true if most is None else self.rules.at_most(of, most)
         return terms.both((states, low, high))
 
     def entry(self, element: int) -> int | None:
