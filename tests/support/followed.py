@@ -12,10 +12,10 @@ from fractions import Fraction
 from functools import cached_property
 from random import Random
 
-from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious, _number, holders
+from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious
 from exover.engines.aig.encoder import EncodedEvent, Encoding
 from exover.engines.aig.evaluation import evaluator
-from exover.engines.aig.state import Given
+from exover.engines.aig.state import Given, number
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.words import as_word, lit
 from exover.loop.exact.events import event_of
@@ -49,8 +49,8 @@ class Inverse:
     """By the first of the families that are compared with each other the variables of these."""
 
     def __post_init__(self) -> None:
-        for number, event in enumerate(self.encoding.events):
-            self.numbers[event.kind.verb, event.kind.name, event.kind.slot, event.kind.outcome] = number
+        for which, event in enumerate(self.encoding.events):
+            self.numbers[event.kind.verb, event.kind.name, event.kind.slot, event.kind.outcome] = which
         layout = self.encoding.latches
         for name, span in layout.spans.items():
             if span.grid is not None and span.grid.places:
@@ -101,7 +101,7 @@ class Inverse:
 
     def _held(self, state: State) -> dict[str, tuple[object, float]]:
         """Return by variable, in the order in which they are moved, its group and value."""
-        layout, here = self.encoding.latches, dict(holders(self.encoding, state))
+        layout, here = self.encoding.latches, dict(self.encoding.latches.counted(state))
         return {
             name: (group, float(here.get(name, least(layout.types[name]))))
             for group, names in self.groups.items()
@@ -311,14 +311,14 @@ class Following:
     def _same_state(self, lane: int, state: State, told: str) -> None:
         """Compare everything in a state, and how the reals that are compared with each other lie to each other."""
         layout = self.encoding.latches
-        here = dict(holders(self.encoding, state))
+        here = dict(self.encoding.latches.counted(state))
         numbers = {}
         for name, bits in layout.literals.items():
             span = layout.spans[name]
             numbers[name] = span.low + sum((self.words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
             if name in here:
-                mine = numbers[name] >> (span.grid.places if span.grid else 0)
-                its = _number(self.encoding, name, here[name])
+                places = span.grid.places if span.grid else 0
+                mine, its = numbers[name] >> places, number(layout.types[name], span, here[name]) >> places
                 assert mine == its, f"{name} is {here[name]}: {mine}, not {its}, after {told}"
             elif name in layout.owners:
                 start = span.low + sum(self.initial[bit >> 1] << k for k, bit in enumerate(bits))

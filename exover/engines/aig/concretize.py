@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
-from fractions import Fraction
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -12,17 +11,15 @@ from exover.engines.aig.evaluation import ConeValues, Evaluator, whole_evaluator
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.lanes import initial, side_by_side
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.state import Given
+from exover.engines.aig.state import Given, number
 from exover.engines.aig.words import Grid, as_word
 from exover.loop.exact.events import Kind, event_of, value_of
-from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Disagreement, Moment, Trace
-from exover.model.types import Bool, Real, Value, ordinal, plain
-from exover.ocrd.vector import OUTCOMES
+from exover.model.types import Value, plain
 
 
 class Spurious(Exception):
@@ -139,12 +136,13 @@ class Concretizer:
         return tuple(found)
 
     def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
-        for name, held in holders(self.encoding, run.states[-1]):
-            span, bits = self.encoding.latches.spans[name], self.encoding.latches.literals[name]
+        latches = self.encoding.latches
+        for name, held in latches.counted(run.states[-1]):
+            span, bits = latches.spans[name], latches.literals[name]
             mine = span.low + sum((words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
-            its = _number(self.encoding, name, held)
-            if span.grid is not None:
-                mine >>= span.grid.places
+            its = number(latches.types[name], span, held)
+            if span.grid is not None:  # of a real the cell is compared
+                mine, its = mine >> span.grid.places, its >> span.grid.places
             if mine != its:
                 event = run.moments[-1].event if run.moments else "the start"
                 raise Disagreement(f"after {event} `{name}` is {held}; the graph has {mine} for it, not {its}")
@@ -174,7 +172,7 @@ def anchors(
     """
     if grid.places:
         layout, moved = encoding.latches, encoding.reembedded
-        for name, held in holders(encoding, state):
+        for name, held in layout.counted(state):
             if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
                 assert isinstance(held, float)
                 yield lane.number(moved[name]), held
@@ -191,41 +189,6 @@ def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> fl
     low = [float(grid.constants[cell // 2 - 1]), *(v for p, v in fixed if p < position)]
     high = [float(grid.constants[cell // 2]), *(v for p, v in fixed if p > position)]
     return between(max(low), min(high))
-
-
-def holders(encoding: Encoding, state: State) -> Iterator[tuple[str, Value]]:
-    """Yield the variables that count in a concrete state, with their values."""
-    layout = encoding.latches
-    yield from state.readings.items()
-    yield from ((level_name(name), level) for name, level in state.levels.items())
-    for request in layout.model.requests:
-        for k, content in enumerate(state.slots[request.name]):
-            slot = layout.slots[request.name, k]
-            yield slot.active, content is not None
-            if content is not None:
-                yield slot.stopping, content.phase == "stopping"
-                yield from zip(slot.args, content.args, strict=True)
-        place, standing = layout.places[request.name], state.places[request.name]
-        yield place.taken, standing is not None
-        if standing is not None:
-            yield place.clearing, standing.clearing
-            yield from zip(place.args, standing.args, strict=True)
-        memory, past = layout.memories[request.name], state.past[request.name]
-        yield memory.known, past is not None
-        if past is not None:
-            yield from zip(memory.values, past, strict=True)
-        yield memory.last, state.last[request.name]
-
-
-def _number(encoding: Encoding, name: str, held: Value) -> int:
-    """Return the number of a value, of a real that of its cell."""
-    kind, span = encoding.latches.types[name], encoding.latches.spans[name]
-    if isinstance(kind, Bool):
-        return int(held)
-    if span.grid is None:
-        return OUTCOMES.index(held) if name.endswith(" last") and held in OUTCOMES else ordinal(kind, held)
-    assert isinstance(kind, Real) and not isinstance(held, str)
-    return span.grid.position(Fraction(float(held))) >> span.grid.places
 
 
 def between(low: float, high: float) -> float:

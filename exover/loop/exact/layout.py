@@ -4,7 +4,7 @@ A slot has two flags, `active` and `stopping`, a waiting place `taken` and `clea
 place or past holds counts only while its first flag is set, and is left as it was when it is cleared.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
@@ -158,31 +158,29 @@ class Layout:
 
     def of_state(self, state: State) -> dict[str, Term]:
         """Return the values of the variables in a concrete state; those that do not count are as at the start."""
-        found = dict(self.initial)
-        for name, value in state.readings.items():
-            found[name] = self.value(self.types[name], value)
-        for name, level in state.levels.items():
-            found[level_name(name)] = self.terms.constant(level, "Int")
+        return self.initial | {name: self.value(self.types[name], value) for name, value in self.counted(state)}
+
+    def counted(self, state: State) -> Iterator[tuple[str, Value]]:
+        """Yield the variables that count in a concrete state, with their values."""
+        yield from state.readings.items()
+        yield from ((level_name(name), level) for name, level in state.levels.items())
         for request in self.model.requests:
             for number, content in enumerate(state.slots[request.name]):
                 slot = self.slots[request.name, number]
-                found[slot.active] = self.terms.truth(content is not None)
-                found[slot.stopping] = self.terms.truth(content is not None and content.phase == "stopping")
-                found |= self._filled(slot.args, content.args if content else None)
-            standing, place = state.places[request.name], self.places[request.name]
-            found[place.taken] = self.terms.truth(standing is not None)
-            found[place.clearing] = self.terms.truth(standing is not None and standing.clearing)
-            found |= self._filled(place.args, standing.args if standing else None)
-            past, memory = state.past[request.name], self.memories[request.name]
-            found[memory.known] = self.terms.truth(past is not None)
-            found |= self._filled(memory.values, past)
-            found[memory.last] = self.terms.constant(OUTCOMES.index(state.last[request.name]), "Int")
-        return found
-
-    def _filled(self, names: Holding, values: Args | None) -> dict[str, Term]:
-        if values is None:
-            return {}
-        return {name: self.value(self.types[name], value) for name, value in zip(names, values, strict=True)}
+                yield slot.active, content is not None
+                if content is not None:
+                    yield slot.stopping, content.phase == "stopping"
+                    yield from zip(slot.args, content.args, strict=True)
+            place, standing = self.places[request.name], state.places[request.name]
+            yield place.taken, standing is not None
+            if standing is not None:
+                yield place.clearing, standing.clearing
+                yield from zip(place.args, standing.args, strict=True)
+            memory, past = self.memories[request.name], state.past[request.name]
+            yield memory.known, past is not None
+            if past is not None:
+                yield from zip(memory.values, past, strict=True)
+            yield memory.last, state.last[request.name]
 
     def counts(self, name: str, values: Mapping[str, Term]) -> bool:
         """Return whether a variable counts in a state with these values."""
