@@ -20,7 +20,7 @@ from exover.checks.run_moments import is_true
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event
-from exover.model.model import Model, Request
+from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
 from exover.model.reads import in_question
 from exover.model.semantics import Reference
@@ -230,7 +230,7 @@ def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
             each,
             guards=tuple(guard for guard in each.guards if keep(guard.name)),
             consumptions=tuple(clause for clause in each.consumptions if keep(clause.resource)),
-            interrupts_self=each.interrupts_self and f"{each.name}.interrupts.self" in names,
+            interrupts_self=each.interrupts_self and interruption(each.name, each.name) in names,
         )
         for each in model.requests
     )

@@ -6,7 +6,7 @@ reference interpreter. What none of them shows is left open.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -16,7 +16,7 @@ from exover.model.evaluate import holds
 from exover.model.event import Ask, Event, Killed, Observe
 from exover.model.expression import Compare, Cond, Const, Reading, atoms, operands
 from exover.model.index import ModelIndex
-from exover.model.model import Request, Rule
+from exover.model.model import Rule
 from exover.model.property import Label
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
@@ -136,7 +136,8 @@ class NearbyRuns:
         ask = moment.run[-1]
         if moment.decision is None or not isinstance(ask, Ask) or ask.request not in without.asked:
             return False
-        its = without.decide(moment.state, _without(self.reference.model.request[ask.request], name), ask.args)
+        request = self.reference.model.request[ask.request].without_rules({name})
+        its = without.decide(moment.state, request, ask.args)
         return _effects(moment.decision, moment.state) != _effects(its, moment.state)
 
     # ---- what is near ----
@@ -215,11 +216,6 @@ def _marks(moment: _Moment) -> set[Label]:
         found |= {("rule", decision.reason.rule), (decision.verdict, decision.reason.rule)}
         slots += [(name, reason.rule) for (name, _), reason in decision.kills]
     return found | {mark for name, rule in slots for mark in (("rule", rule), ("kill", rule, name))}
-
-
-def _without(request: Request, name: str) -> Request:
-    """Return a request as it is without the rule: it may be the one by which it interrupts itself."""
-    return replace(request, interrupts_self=False) if name == f"{request.name}.interrupts.self" else request
 
 
 def _effects(decision: Decision, state: State) -> tuple[object, ...]:

@@ -5,7 +5,6 @@ nowhere true. Else the states of the loop in which the decision is taken tell wh
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -89,11 +88,10 @@ class RuleContribution:
             decider, mine = self._deciders[request.name]
             names = {rule.name for rule in rules}
             left = [rule for rule in questions.rules[request.name] if rule.name not in names]
-            itself = request.interrupts_self and f"{request.name}.interrupts.self" in names
-            alone = replace(request, interrupts_self=False) if itself else request
+            alone = request.without_rules(names)
             its = self._effects(decider.manager, decider.decide(alone, left))
             effects = _different(decider.manager, mine, its)
-            taken = decider.manager.negate(mine.get(("reject",), NO)) if itself else NO
+            taken = decider.manager.negate(mine.get(("reject",), NO)) if alone is not request else NO
         return _Change(loop.request_number[request.name], decider.manager, effects, taken)
 
     def _effects(self, manager: Manager, decision: DecisionList) -> dict[DecisionEffect, int]:

@@ -4,7 +4,8 @@ Everything stands in the order of the text. `place` numbers guards, consumptions
 order; the order of demands in a decision is the order of places (docs/language.md section 4).
 """
 
-from dataclasses import field
+from collections.abc import Container
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -172,6 +173,16 @@ class Request:
     def effects(self) -> tuple[Effect, ...]:
         """What its launch and its ends change."""
         return (*self.on_launch, *self.on_ok, *self.on_failed, *self.on_interrupted)
+
+    def without_rules(self, names: Container[str]) -> "Request":
+        """Return the request as it is without the rules of these names: by one of them it may interrupt itself."""
+        itself = self.interrupts_self and interruption(self.name, self.name) in names
+        return replace(self, interrupts_self=False) if itself else self
+
+
+def interruption(owner: str, target: str) -> str:
+    """Return the name of the rule by which a request interrupts another one, or itself."""
+    return f"{owner}.interrupts.{'self' if target == owner else target}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from exover.model.model import (
     SetState,
     Share,
     Wait,
+    interruption,
 )
 from exover.resolve.draft import Draft
 from exover.resolve.idle import note_amount, note_fixed
@@ -145,7 +146,7 @@ def _interrupts(draft: Draft, owner: Signature, clause: tree.Interrupts) -> None
     where = draft.where(clause.span)
     for entry in targets:
         itself = entry.request == owner.name
-        name = f"{owner.name}.interrupts.{'self' if itself else entry.request}"
+        name = interruption(owner.name, entry.request)
         draft.claim(name, entry.span, labelled=False)
         condition: Cond = together(owner.name, entry.request)
         if itself:

@@ -7,7 +7,7 @@ step, on the same graph as all others. Reasons are left aside.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -20,7 +20,7 @@ from exover.loop.exact.layout import Layout
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments
 from exover.loop.exact.term import Term
-from exover.model.model import Model, Request, Rule
+from exover.model.model import Model, Rule
 from exover.model.property import Broken, Disjunction, Label
 from exover.ocrd.compile import Compiled
 from exover.ocrd.decision import DecisionEffect, DecisionList, DoDismiss, DoReject, DoSettle, DoWait
@@ -87,7 +87,7 @@ class Contrasts:
             with deep():
                 decider = Decider(self._questions, Manager())
                 mine = decider.decide(request)
-                others = {name: decider.decide(_without(request, name), left) for name, left in _lacking(rules)}
+                others = {name: decider.decide(request.without_rules({name}), left) for name, left in _lacking(rules)}
             self._choices[number] = ContrastedDecision(decider.manager, mine, _different(mine, others))
         return self._choices[number]
 
@@ -110,7 +110,7 @@ class Contrasts:
         mine, taken = moment.effects(choice.mine), moment.is_true(actions.layout.places[request.name].taken)
         for name, decision in choice.others.items():
             differs = moment.differ(mine, moment.effects(decision))
-            if not newcomer.settling and _without(request, name) is not request:
+            if not newcomer.settling and request.without_rules({name}) is not request:
                 differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # what it is then is busy
             frame.mark(actions.terms.both((guard, moment.bit(differs))), *otherwise(name))
 
@@ -213,12 +213,6 @@ def _lacking(rules: Sequence[Rule]) -> Iterator[tuple[str, tuple[Rule, ...]]]:
     """Yield the names of rules, each with the rules of other names."""
     for name in dict.fromkeys(rule.name for rule in rules):
         yield name, tuple(rule for rule in rules if rule.name != name)
-
-
-def _without(request: Request, name: str) -> Request:
-    """Return a request as it is without the rules of a name: it may be the one by which it interrupts itself."""
-    itself = request.interrupts_self and name == f"{request.name}.interrupts.self"
-    return replace(request, interrupts_self=False) if itself else request
 
 
 def _different(mine: DecisionList, others: dict[str, DecisionList]) -> dict[str, DecisionList]:
