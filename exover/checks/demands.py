@@ -19,8 +19,7 @@ def demands(model: Model) -> Demands:
     found: list[tuple[int, str, Label, Location]] = []
     for request in model.requests:
         for guard in request.guards:
-            kind = "reject" if guard.kind == "check" else guard.kind
-            found.append((guard.place, guard.name, (kind, guard.name), guard.location))
+            found.append((guard.place, guard.name, (guard.objection, guard.name), guard.location))
     for rule in model.rules:
         for subject, label in _named(rule.name, rule.remedies, rule.slot_of):
             found.append((rule.place, subject, label, rule.location))

@@ -6,27 +6,15 @@ from dataclasses import replace
 from exover.dataclass import dataclass
 from exover.explain.facts import Facts
 from exover.explain.recorder import Decided, Recovered
-from exover.model.decision import Instance
-from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
+from exover.model.decision import Instance, NewcomerStates, verdict_without_kill
+from exover.model.evaluate import NOTHING, Scope, bind, holds
 from exover.model.explanation import Attempt, Demand, Fact, RuleVerdict
-from exover.model.model import Consumption, Guard, Launch, Location, Rule, Wait
+from exover.model.model import Guard, Launch, Location, Rule
 from exover.model.semantics import Reference
 from exover.model.state import SlotId, State
 from exover.model.wording import remedy_text, slot_text
 
-OBJECTIONS: dict[str, Demand] = {"check": "reject", "wait": "wait", "settle": "settle"}
 NOW = "as things are"
-
-
-@dataclass(frozen=True)
-class NewcomerStates:
-    """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question."""
-
-    state: State
-    launched: State
-    slot: SlotId
-    questions: tuple[Instance, ...]
-    cleared: tuple[SlotId, ...]
 
 
 @dataclass(frozen=True)
@@ -43,7 +31,7 @@ class RuleVerdicts:
 
         Empty if there is none: the request is busy.
         """
-        newcomer = self._newcomer(decided)
+        newcomer = self.reference.newcomer(decided.state, decided.request, decided.args)
         if newcomer is None:
             return ()
         found = [(guard.place, self._of_guard(guard, decided, newcomer)) for guard in decided.request.guards]
@@ -54,43 +42,25 @@ class RuleVerdicts:
         ]
         return tuple(verdict for _, verdict in sorted(found, key=lambda item: item[0]))
 
-    def _newcomer(self, decided: Decided) -> NewcomerStates | None:
-        request, state, reference = decided.request, decided.state, self.reference
-        idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
-        if not idle and not request.interrupts_self:
-            return None
-        index = idle[0] if idle else request.instances
-        launched = reference.launching(state, request, decided.args, index)
-        slot = (request.name, index)
-        questions = [i for rule in reference.questions[request.name] for i in reference.instances(launched, rule)]
-        cleared = tuple(reference.clear(launched, slot, questions))
-        return NewcomerStates(state, launched, slot, tuple(questions), cleared)
-
     def _of_guard(self, guard: Guard, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
         scope = Scope(bind(decided.request.params, decided.args))
         present = newcomer.state.idle(newcomer.cleared)
         true = holds(self.reference.model, present, guard.condition, scope)
         facts = Facts(self.reference.model, present).of(guard.condition, scope)
         moment = _without(NOW, newcomer.cleared)
-        demand: Demand = "nothing" if true else OBJECTIONS[guard.kind]
+        demand: Demand = "nothing" if true else guard.objection
         return self._verdict(guard, demand, moment, facts)
 
     def _of_consumptions(self, decided: Decided, newcomer: NewcomerStates) -> list[tuple[int, RuleVerdict]]:
         """Return a verdict for each resource that the newcomer consumes, at its first clause that counts."""
         model, state, request = self.reference.model, newcomer.state, decided.request
         scope = Scope(bind(request.params, decided.args))
-        counting: dict[str, list[Consumption]] = {}
-        for clause in request.consumptions:
-            if applies(model, state, clause.when, scope):
-                counting.setdefault(clause.resource, []).append(clause)
         found = []
-        for name, clauses in counting.items():
+        for name, clauses in self.reference.consumed(state, request, scope).items():
             resource, level = model.resource[name], state.levels[name]
             needed = sum(clause.amount for clause in clauses)
             fact = Fact(f"level({name}) >= {needed}", level >= needed, f"level({name}) = {level}")
-            demand: Demand = "nothing"
-            if level < needed:
-                demand = "wait" if isinstance(resource.remedies[0], Wait) else "reject"
+            demand: Demand = verdict_without_kill(resource.remedies) if level < needed else "nothing"
             because = model.text(clauses[0])
             text = self.written.get(clauses[0].location)
             verdict = RuleVerdict(name, because, text, clauses[0].location, demand, NOW, (fact,))
@@ -120,7 +90,7 @@ class RuleVerdicts:
         """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
         if not newcomer.cleared:
             return ()
-        return tuple(self.reference.clear(newcomer.launched, newcomer.slot, list(newcomer.questions[:count])))
+        return tuple(self.reference.clear(newcomer.launched, newcomer.slot, newcomer.questions[:count]))
 
     def _demand(self, final: State, newcomer: SlotId, instance: Instance) -> Demand:
         match self.reference.rule_demands(final, newcomer, instance):
@@ -257,11 +227,11 @@ class ImaginedScene:
     imagined: Mapping[SlotId, str]
     moment: str
 
-    def without(self, cleared: tuple[SlotId, ...]) -> "ImaginedScene":
+    def without(self, cleared: Iterable[SlotId]) -> "ImaginedScene":
         """Return the scene with the slots to clear taken as idle."""
         return replace(self, moment=_without(self.moment, cleared))
 
 
-def _without(moment: str, cleared: tuple[SlotId, ...]) -> str:
+def _without(moment: str, cleared: Iterable[SlotId]) -> str:
     names = dict.fromkeys(name for name, _ in cleared)
     return f"{moment}, {', '.join(names)} taken as idle" if names else moment

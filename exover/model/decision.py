@@ -1,5 +1,6 @@
 """What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
 
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Literal, assert_never
 
@@ -58,6 +59,20 @@ class Instance:
         return Reason(self.rule.name, self.rule.because)
 
 
+@dataclass(frozen=True, slots=True)
+class NewcomerStates:
+    """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question.
+
+    Its slot is one past the last if none is idle. By slot to clear there is the reason for which it is.
+    """
+
+    state: State
+    launched: State
+    slot: SlotId
+    questions: tuple[Instance, ...]
+    cleared: Mapping[SlotId, Reason]
+
+
 @dataclass(frozen=True)
 class Decisions:
     """The decisions of a model, and what rules say of states."""
@@ -71,16 +86,10 @@ class Decisions:
 
     def decide(self, state: State, request: Request, args: Args) -> Decision:
         """Return what is done with the newcomer `request(args)` in this state."""
-        idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
-        if not idle and not request.interrupts_self:
+        newcomer = self.newcomer(state, request, args)
+        if newcomer is None:
             return Decision("reject", BUSY)
-        index = idle[0] if idle else request.instances
-        newcomer = (request.name, index)
-        launched = self.launching(state, request, args, index)
-        questions = [i for rule in self.questions[request.name] for i in self.instances(launched, rule)]
-
-        cleared = self.clear(launched, newcomer, questions)
-        demands = self._demands(state, launched, request, args, newcomer, questions, list(cleared))
+        cleared, demands = newcomer.cleared, self._demands(newcomer, request, args)
         kills = tuple((slot, reason) for slot, reason in cleared.items() if state.phase(slot) == "running")
         for wanted in ("reject", "wait"):
             for verdict, reason in demands:
@@ -94,7 +103,18 @@ class Decisions:
         dismissed = tuple((verdict.request, reason) for verdict, reason in demands if isinstance(verdict, Dismiss))
         return Decision("launch", dismissed=dismissed)
 
-    def clear(self, launched: State, newcomer: SlotId, questions: list[Instance]) -> dict[SlotId, Reason]:
+    def newcomer(self, state: State, request: Request, args: Args) -> NewcomerStates | None:
+        """Return the newcomer `request(args)` as it would be launched in this state; None: the request is busy."""
+        idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
+        if not idle and not request.interrupts_self:
+            return None
+        index = idle[0] if idle else request.instances
+        launched = self.launching(state, request, args, index)
+        slot = (request.name, index)
+        questions = tuple(i for rule in self.questions[request.name] for i in self.instances(launched, rule))
+        return NewcomerStates(state, launched, slot, questions, self.clear(launched, slot, questions))
+
+    def clear(self, launched: State, newcomer: SlotId, questions: Sequence[Instance]) -> dict[SlotId, Reason]:
         """Return C: the slots to clear, in the order in which they were found, each with the rule that put it there."""
         cleared: dict[SlotId, Reason] = {}
         for instance in questions:
@@ -112,46 +132,40 @@ class Decisions:
                     break
         return cleared
 
-    def _demands(
-        self,
-        state: State,
-        launched: State,
-        request: Request,
-        args: Args,
-        newcomer: SlotId,
-        questions: list[Instance],
-        cleared: list[SlotId],
-    ) -> "list[tuple[str | Dismiss, Reason]]":
+    def _demands(self, newcomer: NewcomerStates, request: Request, args: Args) -> "list[tuple[str | Dismiss, Reason]]":
         """Return the demands in the order of the text, all with the slots to clear taken as idle."""
         scope = Scope(bind(request.params, args))
-        present = state.idle(slot for slot in cleared)
-        launched = launched.idle(cleared)
+        present = newcomer.state.idle(newcomer.cleared)
+        launched = newcomer.launched.idle(newcomer.cleared)
         found: list[tuple[int, str | Dismiss, Reason]] = []
         for guard in request.guards:
             if not holds(self.model, present, guard.condition, scope):
-                verdict = {"check": "reject", "wait": "wait", "settle": "settle"}[guard.kind]
-                found.append((guard.place, verdict, Reason(guard.name, guard.because)))
-        for consumption in self._shortages(state, request, scope):
+                found.append((guard.place, guard.objection, Reason(guard.name, guard.because)))
+        for consumption in self._shortages(newcomer.state, request, scope):
             resource = self.model.resource[consumption.resource]
             reason = Reason(resource.name, self.model.text(consumption))
             found.append((consumption.place, verdict_without_kill(resource.remedies), reason))
-        for instance in questions:
-            demands = self.rule_demands(launched, newcomer, instance)
+        for instance in newcomer.questions:
+            demands = self.rule_demands(launched, newcomer.slot, instance)
             found += [(instance.rule.place, verdict, instance.reason) for verdict in demands]
         found.sort(key=lambda demand: demand[0])
         return [(verdict, reason) for _, verdict, reason in found]
 
     def _shortages(self, state: State, request: Request, scope: Scope) -> list[Consumption]:
         """Return the first clause that counts of every resource of which the newcomer consumes more than there is."""
+        return [
+            clauses[0]
+            for resource, clauses in self.consumed(state, request, scope).items()
+            if sum(clause.amount for clause in clauses) > state.levels[resource]
+        ]
+
+    def consumed(self, state: State, request: Request, scope: Scope) -> dict[str, list[Consumption]]:
+        """Return by resource that a newcomer consumes the clauses that count."""
         counting: dict[str, list[Consumption]] = {}
         for consumption in request.consumptions:
             if applies(self.model, state, consumption.when, scope):
                 counting.setdefault(consumption.resource, []).append(consumption)
-        return [
-            clauses[0]
-            for resource, clauses in counting.items()
-            if sum(clause.amount for clause in clauses) > state.levels[resource]
-        ]
+        return counting
 
     def rule_demands(self, launched: State, newcomer: SlotId, instance: Instance) -> "list[str | Dismiss]":
         """Return what a rule in question demands for the newcomer: a verdict, or requests to dismiss."""
@@ -265,7 +279,7 @@ class Dismiss:
     request: str
 
 
-def verdict_without_kill(remedies: tuple[Remedy, ...]) -> str:
+def verdict_without_kill(remedies: tuple[Remedy, ...]) -> Literal["reject", "wait"]:
     """Return the verdict of the first remedy that is no kill; without one, `reject`."""
     for remedy in remedies:
         if isinstance(remedy, Reject | Wait):

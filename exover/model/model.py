@@ -130,6 +130,11 @@ class Guard:
     place: int
     location: Location = field(default=NOWHERE, compare=False)
 
+    @property
+    def objection(self) -> Literal["reject", "wait", "settle"]:
+        """The verdict on a newcomer where its condition is false."""
+        return "reject" if self.kind == "check" else self.kind
+
 
 @dataclass(frozen=True, slots=True)
 class SetState:
