@@ -1,10 +1,9 @@
 """Terms, and the comparison of two of them: the rules on types of docs/language.md section 2."""
 
-import operator
-from collections.abc import Callable
-from typing import Any, assert_never
+from typing import assert_never
 
 from exover.diagnostics import quote
+from exover.model.evaluate import OPERATORS
 from exover.model.expression import FALSE, TRUE, Compare, Cond, Const, ModelTerm, Operator, Sum
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.resolve.scope import Defined, NameScope, Typed
@@ -14,15 +13,6 @@ from exover.syntax import tree
 
 Operand = Typed | Numeral | Symbol
 """A term as far as it is known without the other side of its comparison."""
-
-RELATIONS: dict[Operator, Callable[[Any, Any], bool]] = {
-    "==": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
 
 
 def operand(scope: NameScope, node: tree.Term) -> Operand | None:
@@ -202,11 +192,11 @@ def _settle(scope: NameScope, this: Operand, other: Operand) -> Typed | Numeral 
 def _fold(scope: NameScope, relation: Operator, left: Numeral, right: Numeral) -> Cond | None:
     """Return TRUE or FALSE: two ints compare as ints, else both as doubles."""
     if left.whole is not None and right.whole is not None:
-        return TRUE if RELATIONS[relation](left.whole, right.whole) else FALSE
+        return TRUE if OPERATORS[relation](left.whole, right.whole) else FALSE
     values = real(left, scope.mistakes), real(right, scope.mistakes)
     if values[0] is None or values[1] is None:
         return None
-    return TRUE if RELATIONS[relation](*values) else FALSE
+    return TRUE if OPERATORS[relation](*values) else FALSE
 
 
 def _opposite(scope: NameScope, constant: Numeral, other: Typed, span: Span) -> Const | None:
@@ -248,7 +238,7 @@ def _typed(scope: NameScope, relation: Operator, left: Typed, right: Typed, span
             _differ(scope, describe(left.type), describe(right.type), span)
             return None
     if isinstance(left.term, Const) and isinstance(right.term, Const):
-        return TRUE if RELATIONS[relation](left.term.value, right.term.value) else FALSE
+        return TRUE if OPERATORS[relation](left.term.value, right.term.value) else FALSE
     return Compare(relation, left.term, right.term)
 
 

@@ -4,12 +4,13 @@ The condition may hold in more states than the rule is broken in, never in fewer
 much. `None` is a rule of which that cannot be said with the words of a condition.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import assert_never
 
 from exover.dataclass import dataclass
+from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
     FALSE,
     TRUE,
@@ -30,6 +31,7 @@ from exover.model.expression import (
     Status,
     Sum,
     Used,
+    atoms,
     operands,
 )
 from exover.model.model import Latch, Rule
@@ -75,7 +77,7 @@ class Obligations:
     def about(self, rule: Rule) -> tuple[str, ...]:
         """Return the requests whose end could keep a rule from being broken, in the order of the text."""
         model = self.carry.new.model
-        named = {part for atom in _atoms(rule.condition) for part in _requests(atom)}
+        named = {part for atom in atoms(rule.condition) for part in _requests(atom)}
         used = {term.resource for term in operands(rule.condition) if isinstance(term, Used)}
         named |= {request.name for request in model.requests if any(s.resource in used for s in request.shares)}
         named |= {rule.slot_of} if rule.slot_of else set()
@@ -236,19 +238,6 @@ def _never(name: str, bad: Formula, rule: Rule) -> Property:
     return Property(name, None, "never", Negation(some_finally(bad)), None, rule.location)
 
 
-def _atoms(cond: Cond) -> Iterator[Cond]:
-    stack: list[Cond] = [cond]
-    while stack:
-        part = stack.pop()
-        match part:
-            case And(parts) | Or(parts):
-                stack += parts
-            case Not(inner):
-                stack.append(inner)
-            case _:
-                yield part
-
-
 def _requests(atom: Cond) -> Iterable[str]:
     match atom:
         case Status(_, request):
@@ -261,14 +250,14 @@ def _requests(atom: Cond) -> Iterable[str]:
 
 def _of_arguments(cond: Cond) -> bool:
     """Return whether a condition reads arguments of its slot, and nothing else."""
-    return all(isinstance(atom, Compare) for atom in _atoms(cond)) and all(
+    return all(isinstance(atom, Compare) for atom in atoms(cond)) and all(
         isinstance(term, Const | Param) for term in operands(cond)
     )
 
 
 def _mentions_arguments(cond: Cond) -> bool:
     found = any(isinstance(term, Param | Own) for term in operands(cond))
-    inner = (atom.where for atom in _atoms(cond) if isinstance(atom, Status | Past) and atom.where is not None)
+    inner = (atom.where for atom in atoms(cond) if isinstance(atom, Status | Past) and atom.where is not None)
     return found or any(isinstance(term, Own) for where in inner for term in operands(where))
 
 
@@ -277,9 +266,6 @@ def _grows(cond: Compare) -> bool:
     return cond.operator in (">", ">=") and not any(
         isinstance(t, Used | Count) for t in operands(replace(cond, left=Const(0)))
     )
-
-
-Fold = Callable[[Cond], Cond]
 
 
 def _folded(cond: Cond) -> Cond:
@@ -304,10 +290,7 @@ def _decided(operator: str, left: ModelTerm, right: ModelTerm, cond: Compare) ->
     mine, other = _constant(left), _constant(right)
     if mine is None or other is None:
         return cond
-    truth = {"==": mine == other, "!=": mine != other}
-    if isinstance(mine, int | float) and isinstance(other, int | float):
-        truth |= {"<": mine < other, "<=": mine <= other, ">": mine > other, ">=": mine >= other}
-    return TRUE if truth[operator] else FALSE
+    return TRUE if OPERATORS[operator](mine, other) else FALSE
 
 
 def _constant(term: ModelTerm) -> int | float | str | bool | None:
