@@ -1,13 +1,12 @@
 """An audit in SARIF 2.1.0: a result for each divergence, where the request is declared."""
 
-from hashlib import sha256
 from typing import Any
 
 from exover.audit.result import Audit, MissionResult
 from exover.audit.text import row_text
 from exover.audit.trail import DIVERGENCES, REFUSED, AuditRow
 from exover.model.wire import escaped
-from exover.report.sarif import FINGERPRINT, uri, written
+from exover.report.sarif import FINGERPRINT, fingerprint_of, location_of, uri, written
 
 RULES = {
     "launched": "the robot launched what the tables refuse or let wait",
@@ -67,17 +66,14 @@ def _at(mission: MissionResult, line: int | None) -> dict[str, Any]:
 
 def _result(audit: Audit, mission: MissionResult, row: AuditRow) -> dict[str, Any]:
     declared = audit.model.request[row.request].location
-    place: dict[str, Any] = {"artifactLocation": {"uri": uri(declared.file or audit.file)}}
-    if declared.line:
-        place["region"] = {"startLine": declared.line, "startColumn": declared.column}
-    known = "\0".join((audit.model.name, mission.name, str(row.line), row.kind, row.request, str(row.instance)))
+    known = audit.model.name, mission.name, str(row.line), row.kind, row.request, str(row.instance)
     return {
         "ruleId": f"exover/audit/{row.kind}",
         "ruleIndex": [*DIVERGENCES].index(row.kind),  # type: ignore[arg-type]
         "kind": "fail",
         "level": _level(row.kind),
         "message": {"text": escaped(f"{mission.name}:{row.line}: {row_text(audit.model, row)}")},
-        "locations": [{"physicalLocation": place}],
+        "locations": [location_of(declared, audit.file)],
         "relatedLocations": [_at(mission, row.line)],
-        "partialFingerprints": {FINGERPRINT: sha256(escaped(known).encode("utf-8")).hexdigest()},
+        "partialFingerprints": {FINGERPRINT: fingerprint_of(*known)},
     }

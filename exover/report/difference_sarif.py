@@ -1,13 +1,12 @@
 """What differs between two versions of a spec in SARIF 2.1.0: a result for each change, where NEW has the request."""
 
-from hashlib import sha256
 from typing import Any
 
 from exover.model.difference import AnswerChange, Compared, Difference
 from exover.model.model import NOWHERE, Location
 from exover.model.wire import escaped
 from exover.report.difference import change_text, in_both, property_title, run_lines, title
-from exover.report.sarif import FINGERPRINT, uri, written
+from exover.report.sarif import FINGERPRINT, fingerprint_of, location_of, written
 
 RULES = {
     "weaker": "NEW launches what OLD refuses or lets wait",
@@ -55,17 +54,13 @@ def _declared(compared: Compared, change: AnswerChange) -> Location:
 
 
 def _result(compared: Compared, rule: str, kind: str, level: str, text: str, location: Location) -> dict[str, Any]:
-    place: dict[str, Any] = {"artifactLocation": {"uri": uri(location.file or compared.files[1])}}
-    if location.line:
-        place["region"] = {"startLine": location.line, "startColumn": location.column}
     first = text.split("\n", 1)[0].split(" (")[0]
-    known = "\0".join((compared.versions.new.name, rule, first))
     return {
         "ruleId": f"exover/diff/{rule}",
         "ruleIndex": list(RULES).index(rule),
         "kind": kind,
         "level": level,
         "message": {"text": escaped(text)},
-        "locations": [{"physicalLocation": place}],
-        "partialFingerprints": {FINGERPRINT: sha256(escaped(known).encode("utf-8")).hexdigest()},
+        "locations": [location_of(location, compared.files[1])],
+        "partialFingerprints": {FINGERPRINT: fingerprint_of(compared.versions.new.name, rule, first)},
     }

@@ -14,7 +14,7 @@ from exover.checks.finding import Finding
 from exover.loop.claim import Verdict
 from exover.manual import Page, pages
 from exover.model.event import Event, Observe
-from exover.model.model import Location, Model
+from exover.model.model import NOWHERE, Location, Model
 from exover.model.trace import Trace
 from exover.model.wire import escaped, indented
 from exover.model.wording import action_text, event_text
@@ -41,7 +41,7 @@ def written(runs: list[dict[str, Any]]) -> str:
 
 def run_that_failed(unchecked: Unchecked) -> dict[str, Any]:
     """Return a run without results, for a spec that could not be checked (3.20.21)."""
-    place = {"physicalLocation": {"artifactLocation": {"uri": uri(unchecked.file)}}}
+    place = location_of(NOWHERE, unchecked.file)
     notice = {"level": "error", "message": {"text": unchecked.reason}, "locations": [place]}
     return {
         "tool": {"driver": {"name": "exover", "version": unchecked.version, "rules": []}},
@@ -96,6 +96,7 @@ def _rule(check: str, severity: str) -> dict[str, Any]:
 def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dict[str, Any]:
     kind = KINDS[finding.verdict]
     trace, excuse = finding.trace, finding.excuse
+    known = finding.check, finding.subject, finding.verdict
     measured = {"seconds": round(finding.seconds, 6)} if timings else {}
     return {
         "ruleId": f"exover/{finding.check}",
@@ -103,8 +104,8 @@ def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dic
         "kind": kind,
         "level": finding.severity if kind == "fail" else "none",  # 3.27.10: whatever is no failure has no level
         "message": {"text": f"{finding.subject}: {finding.message}"},
-        "locations": [_location(summary, finding.location)],
-        "partialFingerprints": {FINGERPRINT: fingerprint(summary.model.name, finding)},
+        "locations": [location_of(finding.location, summary.file)],
+        "partialFingerprints": {FINGERPRINT: fingerprint_of(summary.model.name, *known)},
         **({"codeFlows": [_flow(summary, trace)]} if trace and trace.moments else {}),
         # 3.27.23 and 3.27.24: all results of a run have these, or none has.
         "suppressions": [_suppression(excuse_text(excuse))] if excuse else [],
@@ -113,21 +114,19 @@ def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dic
     }
 
 
-def fingerprint(spec: str, finding: Finding) -> str:
-    """Return what stays the same when lines are moved: a hash of spec, check, subject and verdict."""
-    known = "\0".join((spec, finding.check, finding.subject, finding.verdict))
-    return sha256(escaped(known).encode("utf-8")).hexdigest()
+def fingerprint_of(*known: str) -> str:
+    """Return a hash of what stays the same when lines are moved."""
+    return sha256(escaped("\0".join(known)).encode("utf-8")).hexdigest()
 
 
 def _suppression(justification: str) -> dict[str, str]:
     return {"kind": "external", "status": "accepted", "justification": justification}
 
 
-def _location(summary: Summary, location: Location, text: str | None = None) -> dict[str, Any]:
-    physical: dict[str, Any] = {"artifactLocation": {"uri": uri(location.file or summary.file)}}
-    if location.line:
-        physical["region"] = {"startLine": location.line, "startColumn": location.column}
-    return {"physicalLocation": physical, **({"message": {"text": text}} if text is not None else {})}
+def location_of(declared: Location, file: str) -> dict[str, Any]:
+    """Return where something is declared; what has no file of its own is in this one."""
+    region = {"region": {"startLine": declared.line, "startColumn": declared.column}} if declared.line else {}
+    return {"physicalLocation": {"artifactLocation": {"uri": uri(declared.file or file)}, **region}}
 
 
 def uri(file: str) -> str:
@@ -142,7 +141,8 @@ def _flow(summary: Summary, trace: Trace) -> dict[str, Any]:
     for moment in trace.moments:
         answers = [action_text(summary.model, action) for action in moment.actions]
         text = "; ".join([event_text(summary.model, moment.event), *answers])
-        steps.append({"location": _location(summary, _declared(summary.model, moment.event), text)})
+        declared = location_of(_declared(summary.model, moment.event), summary.file)
+        steps.append({"location": {**declared, "message": {"text": text}}})
     again = {} if trace.loop_start is None else {"properties": {"loopStart": trace.loop_start}}
     return {"threadFlows": [{"locations": steps, **again}]}
 
