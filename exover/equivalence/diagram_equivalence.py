@@ -17,7 +17,7 @@ from exover.ocrd import tables as t
 from exover.ocrd.decision import DecisionList, Do
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.demand import Decider
-from exover.ocrd.diagram import NO, YES, Act, Manager, Test
+from exover.ocrd.diagram import NO, YES, Act, Manager, Test, deep
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
 from exover.ocrd.vector import (
@@ -247,15 +247,28 @@ def differing(manager: Manager, diagram: int, nodes: Sequence[Node], root: int, 
     return found
 
 
-Does = Callable[[int, Callable[[Decider], int]], bool]
-"""Whether a diagram of the tables does, in every state, what the one that a decider builds does."""
+Build = Callable[[Decider], int]
+
+
+def built(questions: DecisionContext, build: Build) -> tuple[Manager, int]:
+    """Return a manager, and the diagram that a decider builds in it."""
+    manager = Manager()
+    with deep():
+        return manager, build(Decider(questions, manager))
 
 
 def different_diagrams(
-    questions: DecisionContext, tables: Tables, reasons: tuple[Reason, ...], does: Does
+    questions: DecisionContext, tables: Tables, reasons: tuple[Reason, ...], same: Callable[[Manager, int, int], bool]
 ) -> Iterator[str]:
-    """Yield the diagrams that every step needs and the tables have otherwise: of rules, launches, latches."""
+    """Yield the diagrams that every step needs and the tables have otherwise: of rules, launches, latches.
+
+    `same`: whether a diagram of the rules and one of the tables do the same in every state.
+    """
     model = questions.model
+
+    def does(root: int, build: Build) -> bool:
+        return same(*built(questions, build), root)
+
     rows = iter(tables.rules)
     for rule in model.rules:
         if questions.restored(rule):
@@ -277,7 +290,7 @@ def different_diagrams(
 
 
 def _different_invariants(
-    questions: DecisionContext, tables: Tables, reasons: tuple[Reason, ...], does: Does
+    questions: DecisionContext, tables: Tables, reasons: tuple[Reason, ...], does: Callable[[int, Build], bool]
 ) -> Iterator[str]:
     """Yield the rules that only a launch could break, and that the tables have otherwise."""
     copies = [i for rule in questions.model.rules if questions.kept(rule) for i in questions.instances(rule, None)]
@@ -296,11 +309,16 @@ def same_action(mine: Act, its: Node, tables: Tables, requests: Mapping[str, int
     reason = getattr(action, "reason", None)
     if reason is not None and reasons[its.bound] != reason:
         return False
+    target = concerned(action, tables, requests)
+    return target is None or its.high == target
+
+
+def concerned(action: object, tables: Tables, requests: Mapping[str, int]) -> int | None:
+    """Return whom an action concerns, as the tables name it: a request, or a slot as `-1 - slot`; None: nobody."""
     match action:
-        case do.DoKill((name, slot)):
-            request = requests[name]
-            return its.high == (request if slot is None else -1 - (tables.requests[request].slots + slot))
-        case do.DoDismiss(name):
-            return its.high == requests[name]
+        case do.DoKill((name, int(slot))):
+            return -1 - (tables.requests[requests[name]].slots + slot)
+        case do.DoKill((name, None)) | do.DoDismiss(name):
+            return requests[name]
         case _:
-            return True
+            return None

@@ -8,19 +8,26 @@ knows states exactly. No cell of arguments and no set of states is made for all 
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
 
 from exover.dataclass import dataclass
 from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, KnownRanges, learned
-from exover.equivalence.diagram_equivalence import CODES, alike, different_diagrams, listed, same_action
+from exover.equivalence.diagram_equivalence import (
+    CODES,
+    alike,
+    built,
+    concerned,
+    different_diagrams,
+    listed,
+    same_action,
+)
 from exover.equivalence.entry_equivalence import Counting
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Rule
-from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
 from exover.ocrd.decision_context import DecisionContext
@@ -115,7 +122,7 @@ class PathComparison:
         """What every step needs and the tables have otherwise than the rules: rules, launches, latches."""
         records = self.records
         found = [*unwatched(records), *wrong_conflicts(records), *wrong_rows(records)]
-        return (*found, *different_diagrams(self.questions, self.tables, records.reasons, self._does))
+        return (*found, *different_diagrams(self.questions, self.tables, records.reasons, self._same))
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
@@ -169,22 +176,13 @@ class PathComparison:
             manager, diagram = composed(manager, decision)
         return self._same(manager, diagram, its)
 
-    def _does(self, root: int, build: Callable[[Decider], int]) -> bool:
-        """Return whether a diagram of the tables does, in every state, what the one that a decider builds does."""
-        manager = Manager()
-        with deep():
-            diagram = build(Decider(self.questions, manager))
-        return self._same(manager, diagram, root)
-
     def same_predicate(self, number: int, predicate: int, where: Cond | None, _: bool) -> bool:
         """Return whether a predicate of the tables is true of the arguments of which a condition is."""
         name = self.model.requests[number].name
         key = (name, where, predicate)
         if key not in self._predicates:
-            manager = Manager()
-            with deep():
-                diagram = Decider(self.questions, manager).predicate(name, TRUE if where is None else where)
-            self._predicates[key] = self._same(manager, diagram, predicate)
+            build = partial(Decider.predicate, request=name, where=TRUE if where is None else where)
+            self._predicates[key] = self._same(*built(self.questions, build), predicate)
         return self._predicates[key]
 
     def _same(self, manager: Manager, diagram: int, root: int) -> bool:
@@ -207,16 +205,8 @@ class PathComparison:
 
     def my_action(self, action: object) -> SharedAction:
         """Return what an action of the rules does."""
-        code, reason = CODES[type(action)], getattr(action, "reason", None)
-        match action:
-            case do.DoKill((name, slot)):
-                number = self.records.index.request[name]
-                target = number if slot is None else -1 - (self.tables.requests[number].slots + slot)
-                return SharedAction(code, reason, target)
-            case do.DoDismiss(name):
-                return SharedAction(code, reason, self.records.index.request[name])
-            case _:
-                return SharedAction(code, reason, None)
+        target = concerned(action, self.tables, self.records.index.request)
+        return SharedAction(CODES[type(action)], getattr(action, "reason", None), target)
 
 
 class Pair:
@@ -226,7 +216,7 @@ class Pair:
         self.beside, self.knowledge = beside, beside.knowledge
         below = beside.tables.below(root) if root >= 0 else []
         self.manager = Manager(merged_order(self._order(below), source.entries))
-        self.mine = self._copied(source, diagram)
+        self.mine = source.copies([diagram], self.manager, beside.my_action)[diagram]
         self.its = self._read(below, root)
         self._about: dict[int, frozenset[int]] = {NO: frozenset(), YES: frozenset()}
         self._seen: set[tuple[int, int, KnownRanges]] = set()
@@ -259,18 +249,6 @@ class Pair:
                     entered.add(element)
                     stack += [~element, *(each for each in under[element] if each not in entered)]
         return list(reversed(found))
-
-    def _copied(self, source: Manager, diagram: int) -> int:
-        target = self.manager
-        found = {NO: NO, YES: YES}
-        for number in source.below([diagram]):
-            node = source.node(number)
-            if isinstance(node, Act):
-                found[number] = target.act(self.beside.my_action(node.action), found[node.child])
-            elif isinstance(node, Test):
-                level = target.level(source.entries[node.level])
-                found[number] = target.choose(level, node.cuts, tuple([found[child] for child in node.children]))
-        return found[diagram]
 
     def _read(self, below: list[int], root: int) -> int:
         """Return the diagram of the tables; children have larger numbers there than their parents."""

@@ -5,7 +5,7 @@ the model; the tables are followed beside them. Two diagrams agree iff no state 
 they are alike that is seen without sets of states.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import field
 from functools import cached_property, partial
 from itertools import product
@@ -175,11 +175,8 @@ class StateComparison:
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
 
-    def _does(self, root: int, build: Callable[[Decider], int]) -> bool:
+    def _same(self, manager: Manager, diagram: int, root: int) -> bool:
         """Return whether a diagram of the tables does, in every state, what that of the rules does."""
-        manager = Manager()
-        with deep():
-            diagram = build(Decider(self.questions, manager))
         if self._alike(manager, diagram, root):
             return True
         return bool(self._possible(self._plain(manager, diagram, root, self.space.all)) == self.space.none)
@@ -189,7 +186,7 @@ class StateComparison:
         records = self.records
         yield from (*unwatched(records), *wrong_conflicts(records), *wrong_rows(records))
         yield from self._different_entries()
-        yield from different_diagrams(self.questions, self.loop.tables, self.loop.reasons, self._does)
+        yield from different_diagrams(self.questions, self.loop.tables, self.loop.reasons, self._same)
 
     @cached_property
     def records(self) -> Records:

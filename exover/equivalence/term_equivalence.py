@@ -7,7 +7,7 @@ different things.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
@@ -27,7 +27,6 @@ from exover.model.expression import Cond
 from exover.model.model import Parameter
 from exover.ocrd.compile import DecodedTables
 from exover.ocrd.decision_context import DecisionContext
-from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided
@@ -79,7 +78,7 @@ class TermComparison:
         """What every step needs and the tables have otherwise: counters, rules, launches, latches."""
         found = [*unwatched(self.records), *wrong_conflicts(self.records), *wrong_rows(self.records)]
         found += self._different_entries()
-        found += different_diagrams(self.questions, self.tables, self.records.reasons, self._does)
+        found += different_diagrams(self.questions, self.tables, self.records.reasons, self._same)
         return tuple(found)
 
     # ---- states ----
@@ -224,14 +223,8 @@ class TermComparison:
             self._decisions[name] = self._same(manager, root, its)
         return self._decisions[name]
 
-    def _does(self, root: int, build: Callable[[Decider], int]) -> bool:
-        """Return whether a diagram of the tables does, in every state, what that of the rules does."""
-        manager = Manager()
-        with deep():
-            diagram = build(Decider(self.questions, manager))
-        return self._same(manager, diagram, root)
-
     def _same(self, manager: Manager, diagram: int, root: int) -> bool:
+        """Return whether a diagram of the tables does, in every state, what that of the rules does."""
         split = _Split(self)
         if alike(manager, diagram, self.tables.nodes, root, split.entry, split.same):
             return True

@@ -6,7 +6,7 @@ Below an action the order of the entries starts anew, so actions keep the order 
 """
 
 import sys
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -166,13 +166,18 @@ class Manager:
         """Return the same diagram in another manager, under its order."""
         return self.copies([number], target)[number]
 
-    def copies(self, numbers: Iterable[int], target: "Manager") -> dict[int, int]:
-        """Return by number what diagrams, and all below them, are in another manager, under its order."""
+    def copies(
+        self, numbers: Iterable[int], target: "Manager", action: Callable[[Hashable], Hashable] = lambda same: same
+    ) -> dict[int, int]:
+        """Return by number what diagrams, and all below them, are in another manager, under its order.
+
+        `action`: what their actions become.
+        """
         found = {NO: NO, YES: YES}
         for number in self.below(numbers):
             node = self._nodes[number]
             if isinstance(node, Act):
-                found[number] = target.act(node.action, found[node.child])
+                found[number] = target.act(action(node.action), found[node.child])
             elif isinstance(node, Test):
                 level = target.level(self.entries[node.level])
                 found[number] = target.choose(level, node.cuts, tuple([found[child] for child in node.children]))
