@@ -90,12 +90,16 @@ class PartText:
             if name in known:
                 self.leave_open(each.place, f"`{name}` goes in and comes out: what comes out is left out")
                 continue
-            if each.why:
-                what = "is left out" if each.kind is None else f"is taken for `{each.kind}`"
-                self.leave_open(each.place, f"`{name}` {what}: {each.why}")
-            if each.kind is not None:
-                shown.append(f"{name}: {each.kind}")
+            if kind := self.kind(name, each):
+                shown.append(f"{name}: {kind}")
         return ", ".join(shown)
+
+    def kind(self, name: str, found: ImportedField) -> str | None:
+        """Return the type of a field of this name, if it has one; what that does not say is left open."""
+        if found.why:
+            what = "is left out" if found.kind is None else f"is taken for `{found.kind}`"
+            self.leave_open(found.place, f"`{name}` {what}: {found.why}")
+        return found.kind
 
     def poster(self, name: str, kind: str, initial: str, place: str) -> None:
         """Add a poster; its first value is a guess."""

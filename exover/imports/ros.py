@@ -13,7 +13,8 @@ from exover.source import Source
 SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "response"), ".msg": ("message",)}
 """What a file consists of, by its suffix."""
 UNKNOWN_PACKAGE = "ros"
-_RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+"""What stands between two sections."""
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _INTEGERS = {
     "int8": (-(2**7), 2**7 - 1),
@@ -86,7 +87,7 @@ def _read(source: Source) -> Definition:
         raise UnreadableDescription(
             source.name, f"it is no file of ROS: its name ends with none of {', '.join(SECTIONS)}"
         )
-    texts = _RULER.split(source.text)
+    texts = RULER.split(source.text)
     if len(texts) != len(names):
         rulers = len(names) - 1
         raise UnreadableDescription(source.name, f"it has {len(texts) - 1} lines `---`, and {path.suffix} has {rulers}")
@@ -159,8 +160,5 @@ def _add(part: PartText, found: Definition) -> None:
 def _posters(part: PartText, name: str, fields: Iterable[ImportedField]) -> None:
     for each in fields:
         full = f"{name}_{each.name}"
-        if each.why:
-            what = "is left out" if each.kind is None else f"is taken for `{each.kind}`"
-            part.leave_open(each.place, f"`{full}` {what}: {each.why}")
-        if each.kind is not None:
-            part.poster(full, each.kind, "false" if each.kind == "bool" else "0", each.place)
+        if kind := part.kind(full, each):
+            part.poster(full, kind, "false" if kind == "bool" else "0", each.place)

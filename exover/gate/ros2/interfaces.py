@@ -1,6 +1,5 @@
 """Types of ROS 2 by name: where their texts are found, and messages of them as objects; needs `rosbags`."""
 
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, partial
@@ -15,13 +14,13 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typest
 from exover.gate.fields import FieldPath, Located, UnreadableField, walk
 from exover.gate.ros2.cdr import ENCAPSULATION
 from exover.gate.ros2.picking import Picker
+from exover.imports.ros import RULER
 
 Find = Callable[[str], str | None]
 """Returns the text of a type `package/kind/Name`, None if there is none."""
 PARTS = {"action": ("Goal", "Result", "Feedback"), "srv": ("Request", "Response")}
 FILLER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
 """What ROS 2 puts into a message that has no field."""
-_RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _DERIVED = """
 unique_identifier_msgs/UUID goal_id
 {name}_Goal goal
@@ -139,7 +138,7 @@ class Interfaces:
         return text
 
     def _sections(self, name: str, text: str, parts: Sequence[str]) -> None:
-        texts = _RULER.split(text)
+        texts = RULER.split(text)
         if len(texts) != len(parts):
             raise UnknownType(f"{name} has {len(texts) - 1} lines `---`, and not {len(parts) - 1}")
         for part, section in zip(parts, texts, strict=True):
