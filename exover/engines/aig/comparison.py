@@ -9,7 +9,8 @@ from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachab
 from exover.engines.aig.bounded import Shortest, shortest
 from exover.engines.aig.concretize import Spurious
 from exover.engines.aig.differences import Differences
-from exover.engines.aig.engine import PASSES, UNSETTLED
+from exover.engines.aig.encoder import PASSES
+from exover.engines.aig.engine import BUDGET, UNSETTLED
 from exover.engines.aig.evidence import NOT_PROVED
 from exover.engines.aig.exploration import LANES, Exploration
 from exover.engines.aig.graph import FALSE, Circuit, Literal
@@ -25,8 +26,6 @@ from exover.model.property import Properties
 from exover.model.versions import Versions
 from exover.ocrd.compile import Compiled
 
-BUDGET = 100_000_000
-"""Propagations of our own solver that a question may cost where there is no ABC."""
 EQUAL = 2_000_000
 """Propagations that it may cost to see that a variable stays equal in both."""
 SHORTENING = 100_000_000

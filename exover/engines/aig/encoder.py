@@ -47,6 +47,10 @@ class EncodedEvent:
     given: tuple[Given, ...]
 
 
+PASSES = range(2, 13)
+"""Numbers of passes that are tried, until one is seen to be enough."""
+
+
 @dataclass
 class Encoding:
     """The transition system of a compiled model, with `passes` passes after each event."""

@@ -6,7 +6,7 @@ What a rule changes is asked of a graph of its own, in which the rules decide be
 from collections.abc import Callable, Sequence
 
 from exover.dataclass import dataclass
-from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.encoder import PASSES, Encoding
 from exover.engines.aig.evidence import unproved
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry
@@ -18,8 +18,6 @@ from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
-PASSES = range(2, 13)
-"""Numbers of passes that are tried, until one is enough."""
 BUDGET = 100_000_000
 """Propagations of the solver that a question may cost."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"

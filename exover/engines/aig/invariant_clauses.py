@@ -5,14 +5,12 @@ from functools import partial
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Reachable, Unreachable
-from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.encoder import PASSES, Encoding
 from exover.engines.aig.graph import FALSE, TRUE
 from exover.engines.aig.pdr import decide
 from exover.model.property import Formula, Properties
 from exover.ocrd.compile import Compiled
 
-PASSES = range(2, 13)
-"""Numbers of passes that are tried, until one is seen to be enough."""
 BUDGET = 5_000_000
 """Propagations of the solver that a question may cost."""
 

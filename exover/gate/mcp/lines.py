@@ -6,11 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
-from exover.model.wire import Json
+from exover.model.wire import MAX_DIGITS, Json
 
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, SERVER_GONE = -32700, -32600, -32601, -32602, -32000
-MAX_DIGITS = 400
-"""Digits of the longest integer that is read; the largest double has 309."""
 MAX_DEPTH = 200
 """Objects and lists within each other; what can be read but not be written again is deeper, and deeper in the stack."""
 DEEP = "the message is nested too deep"
