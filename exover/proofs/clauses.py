@@ -8,8 +8,9 @@ from exover.engines.aig.answer import Clause
 from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid
 from exover.loop.exact.layout import level_name
+from exover.loop.exact.term import numeral
 from exover.model.types import Bool, Real
-from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
+from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
 
 MOST_PIECES = 256
 """A clause is not written down that has so many ranges of a number."""
@@ -119,13 +120,13 @@ def _between(name: str, span: AllocatedRange, piece: Piece) -> str:
 
 def _least(name: str, low: int, grid: Grid | None) -> str:
     if grid is None:
-        return f"(<= {number(low)} {name})"
+        return f"(<= {numeral(low)} {name})"
     return f"(<= {_constant(grid, low // 2)} {name})" if low % 2 else f"(< {_constant(grid, low // 2 - 1)} {name})"
 
 
 def _most(name: str, high: int, grid: Grid | None) -> str:
     if grid is None:
-        return f"(<= {name} {number(high)})"
+        return f"(<= {name} {numeral(high)})"
     return f"({'<=' if high % 2 else '<'} {name} {_constant(grid, high // 2)})"
 
 

@@ -8,13 +8,14 @@ from math import prod
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
+from exover.loop.exact.term import numeral
 from exover.model.event import Args
 from exover.model.model import Parameter
 from exover.model.types import Real, Value, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
 from exover.ocrd.vector import rank
-from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
+from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
 
 MOST_TUPLES = 2000
 """So many tuples of sample values are looked at to say which arguments are of one class."""
@@ -182,8 +183,8 @@ def inside(name: str, sample: Value, cuts: Sequence[float]) -> str:
 def between(name: str, values: Sequence[int], value: int) -> str:
     """Return that an integer is at least this one of the values, and less than the next of them."""
     place = bisect_right(values, value)
-    above = [f"(<= {number(value)} {name})"] if place > 1 else []
-    below = [f"(< {name} {number(values[place])})"] if place < len(values) else []
+    above = [f"(<= {numeral(value)} {name})"] if place > 1 else []
+    below = [f"(< {name} {numeral(values[place])})"] if place < len(values) else []
     return conjunction([*above, *below])
 
 

@@ -10,6 +10,7 @@ from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound
 from exover.loop.exact.step_predicates import moment
+from exover.loop.exact.term import numeral
 from exover.model.expression import Cond, Operator, Phase
 from exover.model.index import ModelIndex
 from exover.model.model import Model
@@ -231,7 +232,7 @@ class ConditionText(ConditionFormulas[str]):
 
     def sum(self, first: int, parts: Sequence[tuple[int, str]]) -> str:
         """Return `first + sum(factor * value)`."""
-        return total([number(first), *(f"(* {number(factor)} {value})" for factor, value in parts)])
+        return total([numeral(first), *(f"(* {numeral(factor)} {value})" for factor, value in parts)])
 
 
 def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ...]:
@@ -265,16 +266,5 @@ def total(parts: Iterable[str]) -> str:
 def constant(kind: Type, value: Value) -> str:
     """Return a value as SMT-LIB has it: reals are exact fractions."""
     if isinstance(kind, Real):
-        exact = Fraction(value)
-        text = (
-            f"{abs(exact.numerator)}.0"
-            if exact.denominator == 1
-            else f"(/ {abs(exact.numerator)}.0 {exact.denominator}.0)"
-        )
-        return f"(- {text})" if exact < 0 else text
-    return number(int(value) if isinstance(value, int) else ordinal(kind, value))
-
-
-def number(value: int) -> str:
-    """Return an integer as SMT-LIB has it."""
-    return f"(- {-value})" if value < 0 else str(value)
+        return numeral(Fraction(value), "Real")
+    return numeral(int(value) if isinstance(value, int) else ordinal(kind, value))

@@ -1,7 +1,6 @@
 """The questions of a claim as SMT-LIB 2, each between `push` and `pop`, with what each answer says of the claim."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from fractions import Fraction
 from time import monotonic
 
 from exover.dataclass import dataclass
@@ -14,7 +13,7 @@ from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
 from exover.loop.exact.layout import least
-from exover.loop.exact.term import Number, Term
+from exover.loop.exact.term import Term, numeral
 from exover.loop.formula_classes import Lingering, conjuncts
 from exover.model.property import Formula, momentary, parts_of
 
@@ -33,21 +32,9 @@ def quoted(name: str) -> str:
     return f"|{name}|"
 
 
-def number(value: Number, sort: str) -> str:
-    """Return a number; a real is the fraction that its double is."""
-    if value < 0:
-        return f"(- {number(-value, sort)})"
-    if sort == "Int":
-        return str(value)
-    fraction = Fraction(value)
-    if fraction.denominator == 1:
-        return f"{fraction.numerator}.0"
-    return f"(/ {fraction.numerator}.0 {fraction.denominator}.0)"
-
-
 def literal(term: Term) -> str:
     """Return a constant."""
-    return str(term.constant).lower() if term.sort == "Bool" else number(term.number, term.sort)
+    return str(term.constant).lower() if term.sort == "Bool" else numeral(term.number, term.sort)
 
 
 def inputs_of(system: System) -> tuple[Term, ...]:

@@ -11,11 +11,11 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.questions import questions
-from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted, share
+from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, quoted, share
 from exover.engines.smt.solver import Clock
 from exover.engines.smt.system import System
 from exover.loop.claim import Claim
-from exover.loop.exact.term import Term, below, variables
+from exover.loop.exact.term import Term, below, numeral, variables
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties
 from exover.ocrd.compile import Compiled
 
@@ -60,8 +60,8 @@ def _flat(term: Term, known: Mapping[Term, str]) -> str:
             assert isinstance(term.value, tuple)
             constant, *factors = term.value
             pairs = zip(factors, parts, strict=True)
-            products = [part if f == 1 else f"(* {number(f, term.sort)} {part})" for f, part in pairs]
-            products += [number(constant, term.sort)] if constant else []
+            products = [part if f == 1 else f"(* {numeral(f, term.sort)} {part})" for f, part in pairs]
+            products += [numeral(constant, term.sort)] if constant else []
             return f"(+ {' '.join(products)})" if len(products) > 1 else products[0]
         case _:
             return f"({term.kind} {' '.join(parts)})"

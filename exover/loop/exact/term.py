@@ -44,6 +44,18 @@ class Term:
         return self.value
 
 
+def numeral(value: Number, sort: Sort = "Int") -> str:
+    """Return a number as SMT-LIB has it; a real is the fraction that its double is."""
+    if value < 0:
+        return f"(- {numeral(-value, sort)})"
+    if sort == "Int":
+        return str(value)
+    fraction = Fraction(value)
+    if fraction.denominator == 1:
+        return f"{fraction.numerator}.0"
+    return f"(/ {fraction.numerator}.0 {fraction.denominator}.0)"
+
+
 Values = Mapping[Term, Term]
 """By variable what stands for it."""
 
