@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from exover.loop.finite.observers import Observers
 from exover.loop.finite.program import Assign, Choose, Op, Program, Switch, Walk
-from exover.loop.finite.real_orders import feasible_pair
+from exover.loop.finite.real_orders import feasible
 from exover.loop.finite.variables import VariableKey
 from exover.model.event import Observe
 from exover.model.index import ModelIndex
@@ -36,8 +36,9 @@ class Observations(Observers):
             if key[0] == "pair" and poster in key[1:]:
                 left, right = int(str(key[1])), int(str(key[2]))
                 other = right if left == poster else left
-                cells = [(cell, c) if left == poster else (c, cell) for c in range(len(self.samples[other]))]
-                cases = [feasible_pair(self.posters[left], self.posters[right], *pair) for pair in cells]
+                mine, others = self.posters[poster].samples[cell], self.posters[other].samples
+                pairs = [(mine, its) if left == poster else (its, mine) for its in others]
+                cases = [feasible(self.posters[left], self.posters[right], *pair) for pair in pairs]
                 yield Switch(self.index["reading", other], tuple((Choose(var, case),) for case in cases))
         for request, (row, arguments) in enumerate(zip(self.tables.requests, self.arguments, strict=True)):
             for which, order in enumerate(arguments.poster_orders):

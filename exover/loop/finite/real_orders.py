@@ -24,8 +24,8 @@ from exover.ocrd.vector import rank
 
 
 @dataclass(frozen=True)
-class PosterCells:
-    """The values of a real poster by what the loop tells apart: on which side of each of `cuts` they lie."""
+class RealCells:
+    """The values of a real by what the loop tells apart: on which side of each of `cuts` they lie."""
 
     low: float
     high: float
@@ -39,12 +39,16 @@ class PosterCells:
             found.setdefault(rank(self.cuts, point), point)
         return tuple(found.values())
 
+    def beside(self, value: float, grid: tuple[float, ...]) -> list[float]:
+        """Return values in the cell of this one, on both sides of all that a grid tells apart there."""
+        return [v for v in points(self.low, self.high, grid, 2) if rank(self.cuts, v) == rank(self.cuts, value)]
+
     def cell(self, value: float) -> int:
         """Return the number of the cell of a value."""
         return [rank(self.cuts, sample) for sample in self.samples].index(rank(self.cuts, value))
 
 
-def poster_cells(model: Model, tables: Tables, tracked: TrackedPredicates, number: int) -> PosterCells:
+def poster_cells(model: Model, tables: Tables, tracked: TrackedPredicates, number: int) -> RealCells:
     """Return the cells of real poster `number`: its constants, and arguments of required launches compared with it."""
     row = tables.variables[number]
     cuts = {*tables.reals[row.cuts : row.cuts_end], *tracked.cuts.get((None, model.variables[number].name), ())}
@@ -53,7 +57,7 @@ def poster_cells(model: Model, tables: Tables, tracked: TrackedPredicates, numbe
         for order in tables.orders[request.orders : request.orders_end]:
             if order.right == -1 - number:
                 cuts.add(float(launch.args[order.left]))
-    return PosterCells(tables.reals[row.low], tables.reals[row.high], tuple(sorted(cuts)))
+    return RealCells(tables.reals[row.low], tables.reals[row.high], tuple(sorted(cuts)))
 
 
 @dataclass(frozen=True)
@@ -61,26 +65,21 @@ class RealOrders:
     """How the arguments of one request can compare with posters; `posters` by number."""
 
     arguments: Arguments
-    posters: dict[int, PosterCells]
+    posters: dict[int, RealCells]
 
     def feasible(self, which: int, value: float, cell: int) -> tuple[int, ...]:
         """Return how an argument like `value` can compare in `poster_orders[which]` with the poster in this cell."""
         order = self.arguments.poster_orders[which]
         row = self.arguments.tables.params[self.arguments.row.params + order.left]
-        reals, cuts = self.arguments.tables.reals, self.arguments.cuts(order.left)
-        poster = self.posters[-1 - order.right]
-        grid = tuple(sorted({*cuts, *poster.cuts, reals[row.low], reals[row.high], poster.low, poster.high}))
-        mine = [v for v in points(reals[row.low], reals[row.high], grid, 2) if rank(cuts, v) == rank(cuts, value)]
-        its = [v for v in points(poster.low, poster.high, grid, 2) if poster.cell(v) == cell]
-        return tuple(sorted({compare(left, right) for left, right in product(mine, its)}))
+        reals, poster = self.arguments.tables.reals, self.posters[-1 - order.right]
+        mine = RealCells(reals[row.low], reals[row.high], self.arguments.cuts(order.left))
+        return feasible(mine, poster, value, poster.samples[cell])
 
 
-def feasible_pair(left: PosterCells, right: PosterCells, left_cell: int, right_cell: int) -> tuple[int, ...]:
-    """Return how two posters in these cells can compare."""
+def feasible(left: RealCells, right: RealCells, mine: float, its: float) -> tuple[int, ...]:
+    """Return how two reals can compare that lie where these values do."""
     grid = tuple(sorted({*left.cuts, *right.cuts, left.low, left.high, right.low, right.high}))
-    its = [v for v in points(left.low, left.high, grid, 2) if left.cell(v) == left_cell]
-    others = [v for v in points(right.low, right.high, grid, 2) if right.cell(v) == right_cell]
-    return tuple(sorted({compare(mine, other) for mine, other in product(its, others)}))
+    return tuple(sorted({compare(*pair) for pair in product(left.beside(mine, grid), right.beside(its, grid))}))
 
 
 def candidates(event: Event, cell: Cell | None, arguments: Arguments | None, state: State) -> Iterator[Event]:

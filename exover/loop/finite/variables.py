@@ -6,7 +6,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.loop.finite.argument_classes import all_arguments
 from exover.loop.finite.program import FiniteVariable
-from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.finite.real_orders import RealCells, RealOrders, poster_cells
 from exover.loop.finite.tested_bounds import TestedBounds, TooLarge
 from exover.loop.step_semantics import may_fall, may_wait
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
@@ -69,7 +69,7 @@ class LoopStates:
         self.arguments = all_arguments(self.model, self.tables, self.bounds, self.tracked)
         self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
-        self.posters: dict[int, PosterCells] = {}
+        self.posters: dict[int, RealCells] = {}
         for number in range(len(self.tables.variables)):
             self._declare_variable(number)
         self.orders = [RealOrders(arguments, self.posters) for arguments in self.arguments]
