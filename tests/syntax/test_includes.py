@@ -8,11 +8,11 @@ from exover.model.canonical import digest
 from exover.pipeline import Loaded, build, check, load
 from exover.source import Source
 from exover.syntax import includes
-from exover.syntax.format import format_spec
 from exover.syntax.includes import gather, one_text, original
 from exover.syntax.parse import parse
 from tests.support.constructs import seldom
 from tests.support.engines import model_of
+from tests.support.format_spec import format_spec
 from tests.support.generate import random_spec
 from tests.support.scene import Size
 from tests.support.splitting import ROOT, Files, reader, split

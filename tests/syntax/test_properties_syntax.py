@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from exover.diagnostics import CODES, MAX_REPORTS, Diagnostic, render_all
 from exover.source import Source
 from exover.syntax import tree
-from exover.syntax.format_properties import format_properties
 from exover.syntax.grammar import grammar
 from exover.syntax.lex import END, RESERVED, tokens
 from exover.syntax.parse import parse, parse_properties
+from tests.support.format_properties import format_properties
 
 SAMPLE = Path(__file__).with_name("sample.prop").read_text("utf-8")
 TOKENS = [token.text for token in tokens(SAMPLE, [], formulas=True) if token.kind != END]

@@ -6,8 +6,9 @@ from hypothesis import strategies as st
 
 from exover.source import Source, Span
 from exover.syntax import tree as t
-from exover.syntax.format import format_condition, format_spec
+from exover.syntax.format import format_condition
 from exover.syntax.parse import parse
+from tests.support.format_spec import format_spec
 
 AT = Span(0, 0)
 

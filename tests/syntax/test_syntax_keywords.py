@@ -3,10 +3,10 @@
 import pytest
 
 from exover.source import Source
-from exover.syntax.format import format_spec
 from exover.syntax.grammar import grammar
 from exover.syntax.lex import NAME, RESERVED
 from exover.syntax.parse import parse
+from tests.support.format_spec import format_spec
 
 KEYWORDS = sorted({kind for row in grammar().actions for kind in row if kind.isalpha() and kind not in RESERVED})
 TYPES = {"bool", "int", "real"}

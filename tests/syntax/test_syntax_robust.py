@@ -11,10 +11,10 @@ import exover.syntax.parse as parse_module
 from exover.diagnostics import CODES, MAX_REPORTS, Diagnostic, render_all
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
-from exover.syntax.format import format_spec
 from exover.syntax.grammar import grammar, make, packed
 from exover.syntax.lex import END, tokens
 from exover.syntax.parse import parse
+from tests.support.format_spec import format_spec
 
 SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
 MEGABYTES = 10_000_000

@@ -1,4 +1,4 @@
-"""The tree of a properties file to its canonical text, as format.py does it for a spec."""
+"""The tree of a properties file to its canonical text, as `format_spec.py` does it for a spec."""
 
 from typing import assert_never
 
