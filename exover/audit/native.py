@@ -274,19 +274,3 @@ def _load(library: bytes) -> ctypes.CDLL:
         function = getattr(audits, name)
         function.restype, function.argtypes = result, arguments
     return audits
-
-
-class LineReader:
-    """The reader of lines in C alone, for comparing it with that in Python."""
-
-    ROOM = 1 << 14
-
-    def __init__(self, auditor: NativeAuditor) -> None:
-        self._auditor = auditor
-        self._room = ctypes.create_string_buffer(self.ROOM)
-
-    def read(self, line: bytes) -> bytes | None:
-        """Return the records of a line without its end, None if it is odd."""
-        library, audit = self._auditor._library, self._auditor._audit
-        count = library.audit_line(audit, line, len(line), self._room, self.ROOM)
-        return None if count < 0 else self._room.raw[:count]

@@ -51,9 +51,6 @@ class Policy:
     baseline: Baseline | None = None
 
 
-NO_POLICY = Policy()
-
-
 def waivable(check: str, severity: Severity) -> bool:
     """Return whether findings of a check may be waived."""
     return severity != "error" or check in WAIVABLE_ERRORS

@@ -1,5 +1,6 @@
 """The reader of lines in C reads a line as the one in Python does, or not at all."""
 
+import ctypes
 import json
 import re
 from collections.abc import Iterator
@@ -9,7 +10,7 @@ import pytest
 
 from exover.audit.binary import RecordWriter
 from exover.audit.mission import Item, Unread, read_line
-from exover.audit.native import LineReader, NativeAuditor
+from exover.audit.native import NativeAuditor
 from exover.model.event import Observe
 from exover.run.codec import Codec
 from tests.audit.missions import CRANE, built, library, mixed, told
@@ -181,6 +182,22 @@ HOSTILE = (
     b'{"time": -0.0, "ask": "slew.turn"}',
     b'{"time": 99999999999999999999, "ask": "slew.turn"}',
 )
+
+
+class LineReader:
+    """The reader of lines in C alone, for comparing it with that in Python."""
+
+    ROOM = 1 << 14
+
+    def __init__(self, auditor: NativeAuditor) -> None:
+        self._auditor = auditor
+        self._room = ctypes.create_string_buffer(self.ROOM)
+
+    def read(self, line: bytes) -> bytes | None:
+        """Return the records of a line without its end, None if it is odd."""
+        library, audit = self._auditor._library, self._auditor._audit
+        count = library.audit_line(audit, line, len(line), self._room, self.ROOM)
+        return None if count < 0 else self._room.raw[:count]
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,6 @@ from exover.model.model import Location
 from exover.report import json as json_report
 from exover.report.config import read_config
 from exover.report.policy import (
-    NO_POLICY,
     Baseline,
     Policy,
     Unusable,
@@ -54,7 +53,7 @@ def test_a_waiver_excuses_its_finding_through_its_last_day() -> None:
     assert one(open_, Policy((waiver("deadlock", expires=date(2026, 11, 20)),))).excuse is None
     assert one(finding("deadlock", "error", "unknown"), policy).excuse is not None
     assert one(finding("deadlock", "error", "holds"), policy).excuse is None
-    assert one(open_, NO_POLICY) == open_
+    assert one(open_, Policy()) == open_
 
 
 @pytest.mark.parametrize(
