@@ -7,6 +7,8 @@ from exover.emit.events import EventCall, Field, FieldType, Statuses, function_o
 from exover.emit.identifiers import Call, SpecIdentifiers
 from exover.model.types import Enum
 
+CHECKER = "CHECKER"
+"""The macro for what an event is told: the checker, behind its black box if it has one."""
 SCALARS = {"bool": "bool", "int32": "int32_t", "int64": "int64_t", "double": "double"}
 
 
@@ -56,29 +58,29 @@ class CApi:
         whole = event.does in ("ask", "ok")
         return [f"{given}.{field.name}" if whole else given for field in event.fields]
 
-    def generic(self, event: EventCall, r2c: str) -> str:
-        """Return the call underneath, of a checker; `values` are those of an ask or an ok."""
+    def generic(self, event: EventCall) -> str:
+        """Return the call underneath; `values` are those of an ask or an ok."""
         slot, number = "slot" if event.has_slot else "0", event.number
         values = f"values, {len(event.fields)}" if event.fields else "NULL, 0"
         match event.does:
             case "ask":
-                return f"exover_ask({r2c}, {self._request(number)}, {values})"
+                return f"exover_ask({CHECKER}, {self._request(number)}, {values})"
             case "ok":
-                return f"exover_report({r2c}, {self._request(number)}, {slot}, EXOVER_OK, -1, {values})"
+                return f"exover_report({CHECKER}, {self._request(number)}, {slot}, EXOVER_OK, -1, {values})"
             case "failed":
                 status = "(int32_t)status" if event.fields else "-1"
-                return f"exover_report({r2c}, {self._request(number)}, {slot}, EXOVER_FAILED, {status}, NULL, 0)"
+                return f"exover_report({CHECKER}, {self._request(number)}, {slot}, EXOVER_FAILED, {status}, NULL, 0)"
             case "interrupted":
-                return f"exover_report({r2c}, {self._request(number)}, {slot}, EXOVER_INTERRUPTED, -1, NULL, 0)"
+                return f"exover_report({CHECKER}, {self._request(number)}, {slot}, EXOVER_INTERRUPTED, -1, NULL, 0)"
             case "abort":
-                return f"exover_abort({r2c}, {self._request(number)}, {slot})"
+                return f"exover_abort({CHECKER}, {self._request(number)}, {slot})"
             case "abort_waiting":
-                return f"exover_abort_waiting({r2c}, {self._request(number)})"
+                return f"exover_abort_waiting({CHECKER}, {self._request(number)})"
             case "observe":
                 value = f"(exover_value){initializer(event.fields[0])}"
-                return f"exover_observe({r2c}, {self.known.posters[number][0]}, {value})"
+                return f"exover_observe({CHECKER}, {self.known.posters[number][0]}, {value})"
             case "level":
-                return f"exover_level({r2c}, {self.known.stocks[number][0]}, {event.fields[0].name})"
+                return f"exover_level({CHECKER}, {self.known.stocks[number][0]}, {event.fields[0].name})"
             case _:
                 assert_never(event.does)
 

@@ -3,15 +3,12 @@
 from collections.abc import Iterable, Iterator
 
 from exover.bounds.events import EventBounds
-from exover.emit.ctyped import CApi, initializer
+from exover.emit.ctyped import CHECKER, CApi, initializer
 from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import SpecIdentifiers, constants, figure, prefix
 from exover.emit.typed import readers, viewers
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
-
-CHECKER = "CHECKER"
-"""The macro for what an event is told: the checker, behind its black box if it has one."""
 
 
 def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
@@ -98,7 +95,7 @@ def _definition(event: EventCall, capi: CApi) -> Iterator[str]:
     yield "{"
     if event.fields and event.does in ("ask", "ok"):
         yield f"    const exover_value values[] = {{{', '.join(map(initializer, event.fields))}}};"
-    yield f"    return answered(r2c, {capi.generic(event, CHECKER)}, answer);"
+    yield f"    return answered(r2c, {capi.generic(event)}, answer);"
     yield "}"
     yield ""
 

@@ -229,9 +229,9 @@ class Space:
             return states
         return self.bdd.exist(self.bits[var], states) & self.is_value(var, value)
 
-    def before_assigned(self, states: Set, var: int, value: int) -> Set:
-        """Return the states that are in `states` once the variable is set to this value."""
-        return self.bdd.let(self.literals(var, value), states) if self.bits[var] else states
+    def before_cleared(self, states: Set, var: int) -> Set:
+        """Return the states that are in `states` once the variable is set to 0."""
+        return self.bdd.let(self.literals(var, 0), states) if self.bits[var] else states
 
     @cached_property
     def initial(self) -> Set:

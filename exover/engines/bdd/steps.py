@@ -110,7 +110,7 @@ class Stepper:
         """Return by launch rule the states in which it would do something."""
         space, first = self.space, len(self.loop.tables.rules)
         unstable = self.waking.unstable[first : first + len(self.loop.tables.launches)]
-        return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
+        return [space.before_cleared(part, self.loop.index["tried", n]) for n, part in enumerate(unstable)]
 
     @cached_property
     def spontaneous(self) -> Set:
@@ -119,7 +119,7 @@ class Stepper:
         for number in sorted(self.waking.always):
             found |= self.waking.unstable[number]
         for var in self._memory:
-            found = self.space.before_assigned(found, var, 0)
+            found = self.space.before_cleared(found, var)
         return found
 
     # ---- forwards ----

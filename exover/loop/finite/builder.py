@@ -114,7 +114,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     def _of_slots(self, number: int, request: Request) -> Iterable[LoopEvent]:
         """Yield the reports and aborts of the slots of a request."""
         for slot in range(request.instances):
-            active = Require(self.slot_index("phase", number, slot), frozenset({RUNNING, STOPPING}))
+            active = Require(self.phase_index(number, slot), frozenset({RUNNING, STOPPING}))
             for results in self.arguments[number].result_samples:
                 ended = self._reported(number, slot, "ok", results)
                 yield LoopEvent(Report(request.name, slot, "ok", results), (active, *ended))
@@ -124,9 +124,9 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
             aborted = (*self.marked("abort"), *self.kill(number, slot, None))
             yield LoopEvent(Abort(request.name, slot), (active, *aborted))
 
-    def slot_index(self, kind: str, request: int, number: int) -> int:
-        """Return the variable of this kind of a slot of a request."""
-        return self.index[kind, self.tables.requests[request].slots + number]
+    def phase_index(self, request: int, number: int) -> int:
+        """Return the variable that is the phase of a slot of a request."""
+        return self.index["phase", self.tables.requests[request].slots + number]
 
     # ---- decisions ----
 
@@ -187,7 +187,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
 
     def if_running(self, request: int, number: int, then: Program) -> Program:
         """Return `then` where a slot is running."""
-        return (Switch(self.slot_index("phase", request, number), ((), then, ())),)
+        return (Switch(self.phase_index(request, number), ((), then, ())),)
 
     def unless_fallen(self, newcomer: FiniteNewcomer, part: Program) -> Program:
         """Return a part that is left out where the newcomer fell to waiting before in this step."""
@@ -246,7 +246,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
 
     def stopped(self, request: int, number: int) -> Program:
         """Return that a slot is stopping."""
-        return (Assign(self.slot_index("phase", request, number), STOPPING),)
+        return (Assign(self.phase_index(request, number), STOPPING),)
 
     def consumed(self, newcomer: FiniteNewcomer, amount: t.AmountRow) -> Program:
         """Return that the newcomer takes what it consumes."""

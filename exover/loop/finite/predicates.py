@@ -29,7 +29,7 @@ from exover.model.expression import (
     leaves,
 )
 from exover.model.model import Rule
-from exover.model.types import Real, Type, Value, ordinal
+from exover.model.types import Real, Type, ordinal
 from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import (
     LEFT,
@@ -197,7 +197,7 @@ class StatePredicates(SlotPredicates[S]):
         if all(isinstance(term, Const | Param | Own) for term in terms):
             return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
         readings = (term.name for term in terms if isinstance(term, Reading))
-        symbols = [name for name in readings if not isinstance(self._sample(name, 0), int | bool)]
+        symbols = [name for name in readings if not isinstance(self.loop.samples[self.variable[name]][0], int | bool)]
         if len(symbols) == 1:  # two enums of one type are compared by their ordinals
             return self._compare_values(cond, symbols[0], scope)
         left, constant = self._linear(cond.left, once_stopped, scope)
@@ -220,9 +220,6 @@ class StatePredicates(SlotPredicates[S]):
 
     def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
         return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))
-
-    def _sample(self, name: str, cell: int) -> Value:
-        return self.loop.samples[self.variable[name]][cell]
 
     def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> S:
         """Compare a real or an enum reading with a constant or a parameter, value by value."""
