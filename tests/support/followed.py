@@ -19,7 +19,7 @@ from exover.engines.aig.state import Given, number
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.words import as_word, lit
 from exover.loop.exact.events import event_of
-from exover.loop.exact.layout import least
+from exover.loop.exact.layout import resting_value
 from exover.model.evaluate import holds
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Invalid, Observe, Report
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation
@@ -103,7 +103,7 @@ class Inverse:
         """Return by variable, in the order in which they are moved, its group and value."""
         layout, here = self.encoding.latches, dict(self.encoding.latches.counted(state))
         return {
-            name: (group, float(here.get(name, least(layout.types[name]))))
+            name: (group, float(here.get(name, resting_value(layout.types[name]))))
             for group, names in self.groups.items()
             for name in names
         }

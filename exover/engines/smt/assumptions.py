@@ -12,7 +12,6 @@ from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.steps import Input
 from exover.engines.smt.system import System
-from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.property import TRUE
@@ -63,7 +62,7 @@ class AssumptionCheck:
 
     def _values(self, each: Input, move: Move) -> list[Term]:
         layout = self.system.layout
-        found = [layout.value(each.parameter.type, least(each.parameter.type))]
+        found = [layout.resting(each.parameter.type)]
         if move.kind.verb == "observe":
             found += [layout.vars[move.kind.name], layout.initial[move.kind.name]]
         return list(dict.fromkeys(found))

@@ -12,7 +12,6 @@ from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Prover
 from exover.engines.smt.system import System
 from exover.loop.exact.actions import tried
-from exover.loop.exact.layout import least
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term, variables
 from exover.model.index import ModelIndex
@@ -102,10 +101,10 @@ class HomeStateProof:
         return [key for key, slot in self.layout.slots.items() if slot.active in self.system.vars]
 
     def _reports(self, slot: tuple[str, int]) -> Iterator[tuple[Move, dict[Term, Term]]]:
-        """Yield the reports of a slot, each with the least results."""
+        """Yield the reports of a slot, each with results that stand for none."""
         for move in self.system.moves:
             if move.kind.verb == "report" and (move.kind.name, move.kind.slot) == slot:
-                yield move, {i.var: self.layout.value(i.parameter.type, least(i.parameter.type)) for i in move.inputs}
+                yield move, {each.var: self.layout.resting(each.parameter.type) for each in move.inputs}
 
     def _leaves(self, slot: tuple[str, int]) -> bool:
         """Return whether the slot can always be reported, so that less is active or waits afterwards."""

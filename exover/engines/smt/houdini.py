@@ -13,7 +13,7 @@ from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover, Valuation
 from exover.engines.smt.steps import SymbolicSteps
 from exover.loop.exact.events import Kind, event_of
-from exover.loop.exact.layout import least
+from exover.loop.exact.layout import resting_value
 from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
@@ -129,7 +129,8 @@ class Houdini:
                 return self.random.choice((low, high, self.random.randint(low, high)))
             case Real(low, high):
                 cuts = [cut for cuts in self._thresholds for cut in cuts if low <= cut <= high]
-                return self.random.choice((least(kind), *cuts, *(end for end in (low, high) if abs(end) < 1e308)))
+                ends = (end for end in (low, high) if abs(end) < 1e308)
+                return self.random.choice((resting_value(kind), *cuts, *ends))
 
     @cached_property
     def _thresholds(self) -> list[tuple[float, ...]]:

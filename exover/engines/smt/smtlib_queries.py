@@ -12,7 +12,6 @@ from exover.engines.smt.solver import Clock, Inconclusive, Prover, forget
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
-from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term, numeral
 from exover.loop.formula_classes import Lingering, conjuncts
 from exover.model.property import Formula, momentary, parts_of
@@ -149,8 +148,8 @@ class Asker:
         layout, values = self.system.layout, dict[Term, Term]()
         for each in self.system.steps.inputs(taken.kind):
             value = taken.values.get(each.var.name)
-            least_one = layout.value(each.parameter.type, least(each.parameter.type))
-            values[each.var] = least_one if value is None else layout.terms.literal(value, each.var.sort)
+            kind, sort = each.parameter.type, each.var.sort
+            values[each.var] = layout.resting(kind) if value is None else layout.terms.literal(value, sort)
         none = {sort: layout.terms.literal(0, sort) for sort in ("Bool", "Int", "Real")}
         filled = [literal(values.get(var, none[var.sort])) for var in inputs_of(self.system)]
         return " ".join(["(event", quoted(str(taken.kind)), *filled]) + ")"

@@ -8,7 +8,7 @@ from functools import partial
 
 from exover.dataclass import dataclass
 from exover.loop.exact.actions import Change, Newcomer, TableActions
-from exover.loop.exact.layout import Layout, least, level_name
+from exover.loop.exact.layout import Layout, level_name, resting_value
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
 from exover.model.event import ENDINGS, Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
@@ -145,7 +145,7 @@ def event_of(kind: Kind, args: Args) -> Event:
 def value_of(kind: Type, number: bool | Number | None) -> Value:
     """Return the value of a type that a number stands for; of a real the double. None: any."""
     if number is None:
-        return least(kind)
+        return resting_value(kind)
     match kind:
         case Bool():
             return bool(number)

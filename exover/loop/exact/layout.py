@@ -16,7 +16,7 @@ from exover.model.event import Args
 from exover.model.model import Model, Parameter, Request
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, least, ordinal
 from exover.ocrd.vector import OUTCOMES
 
 GREATEST = Fraction(1.7976931348623157e308)
@@ -100,7 +100,7 @@ class Layout:
 
     def _held(self, owner: str, parameters: tuple[Parameter, ...]) -> Holding:
         for parameter in parameters:
-            self._hold(f"{owner}.{parameter.name}", parameter.type, least(parameter.type))
+            self._hold(f"{owner}.{parameter.name}", parameter.type, resting_value(parameter.type))
         return tuple(f"{owner}.{parameter.name}" for parameter in parameters)
 
     def _hold(self, name: str, kind: Type, initial: Value) -> None:
@@ -124,6 +124,10 @@ class Layout:
                 return self.terms.constant(Fraction(float(value)), "Real")
             case _:
                 assert_never(kind)
+
+    def resting(self, kind: Type) -> Term:
+        """Return the constant that stands for no value of a type."""
+        return self.value(kind, resting_value(kind))
 
     def values(self, parameters: tuple[Parameter, ...], args: Args) -> tuple[Term, ...]:
         """Return the constants that arguments or results are."""
@@ -225,19 +229,9 @@ def sort_of(kind: Type) -> Sort:
             assert_never(kind)
 
 
-def least(kind: Type) -> Value:
-    """Return a value of a type that stands for none: the least one, of a real 0 or the one nearest to it."""
-    match kind:
-        case Bool():
-            return False
-        case Int(low, _):
-            return low
-        case Enum(values):
-            return values[0]
-        case Real(low, high):
-            return min(max(low, 0.0), high)
-        case _:
-            assert_never(kind)
+def resting_value(kind: Type) -> Value:
+    """Return a value of a type that stands for none: of a real 0 or the one nearest to it, else the least one."""
+    return min(max(kind.low, 0.0), kind.high) if isinstance(kind, Real) else least(kind)
 
 
 def level_name(resource: str) -> str:
