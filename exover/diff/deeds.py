@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.model.difference import DEEDS, AnswerChange
+from exover.model.difference import DEED_KINDS, AnswerChange
 from exover.model.event import AbortWaiting, Action, Args, Event, Killed, Launched, Rejected, Violated, Waits
 from exover.model.model import Launch, Request
 from exover.model.semantics import Reference, Step
@@ -113,19 +113,18 @@ def changes_of(versions: Versions, old: Done, new: Done) -> Iterator[AnswerChang
         mine, its = old.deeds[before.name], new.deeds[request.name]
         gained, lost = _only(its, mine), _only(mine, its)
         weaker = gained[1] and _weaker(mine, its)
-        for deed, found in zip(DEEDS, gained, strict=True):
+        for deed, found in zip(DEED_KINDS, gained, strict=True):
             if found:
                 yield AnswerChange(request.name, deed, weaker=weaker and deed == "launched")
         if not any(gained):
-            yield from (
-                AnswerChange(request.name, deed, gone=True) for deed, found in zip(DEEDS, lost, strict=True) if found
-            )
+            missed = (deed for deed, found in zip(DEED_KINDS, lost, strict=True) if found)
+            yield from (AnswerChange(request.name, deed, gone=True) for deed in missed)
     if old.violation != new.violation:
         yield AnswerChange(None, "violation", gone=old.violation)
 
 
 def _only(mine: Deeds, other: Deeds) -> tuple[bool, ...]:
-    """Return whether one version does what the other does not, in the order of `DEEDS`."""
+    """Return whether one version does what the other does not, in the order of `DEED_KINDS`."""
     return (
         bool(mine.rejected - other.rejected),
         bool(mine.launched - other.launched),

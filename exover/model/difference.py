@@ -9,9 +9,9 @@ from exover.model.model import Location
 from exover.model.property import Properties
 from exover.model.versions import Versions
 
-Deed = Literal["launched", "rejected", "waiting", "killed", "violation"]
+DeedKind = Literal["launched", "rejected", "waiting", "killed", "violation"]
 """What an answer does with a request; a violation is of no request."""
-DEEDS: tuple[Deed, ...] = ("rejected", "launched", "waiting", "killed")
+DEED_KINDS: tuple[DeedKind, ...] = ("rejected", "launched", "waiting", "killed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class AnswerChange:
     """
 
     request: str | None
-    deed: Deed
+    deed: DeedKind
     gone: bool = False
     weaker: bool = False
 
@@ -41,8 +41,8 @@ def changes(versions: Versions) -> Iterator[AnswerChange]:
     """Yield the changes that are asked about, request by request in the order of NEW."""
     for _, request in versions.requests:
         yield AnswerChange(request.name, "launched", weaker=True)
-        yield from (AnswerChange(request.name, deed) for deed in DEEDS)
-        yield from (AnswerChange(request.name, deed, gone=True) for deed in DEEDS)
+        yield from (AnswerChange(request.name, deed) for deed in DEED_KINDS)
+        yield from (AnswerChange(request.name, deed, gone=True) for deed in DEED_KINDS)
     yield from (AnswerChange(None, "violation", gone) for gone in (False, True))
 
 

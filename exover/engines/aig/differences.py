@@ -15,7 +15,7 @@ from exover.engines.aig.versions import Version, VersionPair
 from exover.engines.aig.words import as_word, lit
 from exover.loop.exact.symbolic_state import Note
 from exover.loop.exact.term import Term
-from exover.model.difference import DEEDS, AnswerChange, Deed
+from exover.model.difference import DEED_KINDS, AnswerChange, DeedKind
 from exover.model.model import Request
 from exover.model.property import Broken, Disjunction
 from exover.model.types import Enum
@@ -78,18 +78,18 @@ class Differences:
         return weaker if change.weaker else graph.conjunction(where, weaker ^ 1)
 
     @cached_property
-    def _by_deed(self) -> dict[tuple[str, bool], dict[Deed, Literal]]:
+    def _by_deed(self) -> dict[tuple[str, bool], dict[DeedKind, Literal]]:
         """By request, and whether it is OLD that does it, where only one version does something."""
         found = {}
         for _, request in self.pair.versions.requests:
             both = self._deeds[request.name]
             for gone in (False, True):
                 mine, other = both if gone else both[::-1]
-                found[request.name, gone] = dict(zip(DEEDS, self._only(mine, other), strict=True))
+                found[request.name, gone] = dict(zip(DEED_KINDS, self._only(mine, other), strict=True))
         return found
 
     def _only(self, mine: SymbolicDeeds, other: SymbolicDeeds) -> tuple[Literal, ...]:
-        """Return where one version does something that the other does not, in the order of `DEEDS`."""
+        """Return where one version does something that the other does not, in the order of `DEED_KINDS`."""
         graph = self.pair.graph
         rejected = [
             graph.conjunction(where, graph.any(self._alike(each, args, values) for each, values in other.rejected) ^ 1)
