@@ -204,7 +204,7 @@ def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progr
 
 
 def claimed(model: Model, properties: Properties) -> "dict[str, Any]":
-    """Return what a certificate must have that a spec and its properties call for."""
+    """Return what every certificate of a spec and its properties must contain, whatever was found."""
     from exover.proofs.certify import expected
 
     return expected(model, properties)

@@ -125,7 +125,7 @@ class Checker:
         return plain(z3().simplify(lifted(self.at(expr, state)))) is True
 
     def refute(self, what: str, given: list[Any], *parts: Any) -> None:
-        """Return iff no state is as all of the parts say; `Refused` if one is, `SolverGaveUp` if that is not known."""
+        """Raise `Refused` if some state is as all of the parts say, `SolverGaveUp` if that is not known."""
         if self.satisfiable(what, given, *parts):
             raise Refused(what)
 

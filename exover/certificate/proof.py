@@ -23,7 +23,7 @@ class Proof:
         self.constraints = {f"reported.{slot}": checker.vars[f"phase.{slot}"] == 0 for slot in slots}
 
     def check(self, verdict: str) -> None:
-        """Return if the proof shows that the verdict on the claim is right; `Refused` if it does not."""
+        """Raise `Refused` unless the proof shows that the verdict on the claim is right."""
         if verdict not in ("holds", "violated"):
             raise ValueError(verdict)
         holds = verdict == "holds"

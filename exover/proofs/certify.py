@@ -58,7 +58,7 @@ def render(found: Json) -> bytes:
 
 
 def expected(model: Model, properties: Properties) -> Json:
-    """Return what a certificate must have that a spec and its properties call for: names, and findings with claims."""
+    """Return what every certificate of a spec and its properties must contain: names, and findings with claims."""
     asked = tuple(claims(model, properties))
     statement = Statement(model, facts(asked, properties))
     return {

@@ -14,7 +14,7 @@ def key(finding: Finding) -> FindingKey:
 
 
 def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
-    """Return for each finding that another one tells as well that other one.
+    """Return by finding that need not be told by itself the one that tells it as well.
 
     A rule that `rule-use` finds useless is redundant and has idle remedies, and one that no remedy restores is not
     safe either. What is excused otherwise is told by itself.

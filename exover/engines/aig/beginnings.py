@@ -99,11 +99,11 @@ class Beginnings:
         return self.led([self.start] * len(runs), runs)
 
     def reached(self, runs: Sequence[Inputs]) -> list[Seed]:
-        """Return the states to which runs from the start lead, each once, as such in which ways begin."""
+        """Return the states to which runs from the start lead, each once, with what is fresh where a way begins."""
         return [self.fresh_at(seed) for seed in _once(self.ends(runs))]
 
     def near(self, seeds: Sequence[Seed]) -> list[Seed]:
-        """Return where ways begin that stand for states to which random runs lead from these; other runs every time."""
+        """Return the beginnings of ways from states to which random runs lead from these; other runs every time."""
         chosen = thinned(seeds, LANES)
         begun = [chosen[lane % len(chosen)] for lane in range(LANES)]
         state = state_of(self.circuit.latches, begun)
@@ -122,7 +122,7 @@ class Beginnings:
 
 
 def _once(seeds: Iterable[Seed]) -> Iterable[Seed]:
-    """Return seeds without such as have a state that one before them has."""
+    """Return the seeds; of several with one state, the first."""
     found: dict[frozenset[int], Seed] = {}
     for seed in seeds:
         found.setdefault(seed.true, seed)

@@ -23,7 +23,7 @@ REQUEST_VERBS = ("ask", "report", "abort", "abort waiting")
 class CommonEvent:
     """What comes to both versions at once: a kind of event of each; None: that version has no such thing.
 
-    `broken`: by version what a poster is taken to read for a reading that is out of its range; None: nothing is.
+    `broken`: of a reading that is out of range, the value that each version takes instead; None: it is no such reading.
     """
 
     kinds: tuple[Kind | None, Kind | None]
@@ -117,7 +117,7 @@ class Stimuli:
 
 
 def converted(terms: Words, term: Word, kind: Type, into: Type) -> Word:
-    """Return a value of one type as one of another that has it; what it has not is the first of its values."""
+    """Return a value of an enum as that of another enum, by its name, or as its first one; any other value as it is."""
     if not isinstance(kind, Enum) or not isinstance(into, Enum) or kind.values == into.values:
         return term
     cases: list[tuple[Term, Term]] = [

@@ -40,9 +40,9 @@ def otherwise(rule: str) -> Label:
 
 @dataclass(frozen=True)
 class ContrastedDecision:
-    """A decision as the rules make it, and by name of some of them as those make it that are left without these.
+    """A decision as all rules make it, `mine`, and as it would be without the rules of a name, by that name, `others`.
 
-    What is killed to restore rules is one as well, without demands.
+    What is killed to restore rules is taken for a decision, too: one without demands.
     """
 
     manager: Manager

@@ -152,7 +152,7 @@ class Ways:
         self.prefix = () if home_reachable else self.home.run
         self.beginnings.home = self.home.run if home_reachable else ()
         self.begins = self._begins(home_reachable)
-        self._unfolding(home_reachable)
+        self._unfold(home_reachable)
         known = self.beginnings.passed(self.runs, self.budget.samples // 2)
         known += self.beginnings.of_new_modes(self.runs, self.budget.samples // 2)
         self._take(self.beginnings.of(known))
@@ -176,8 +176,8 @@ class Ways:
 
     # ---- where ways begin ----
 
-    def _unfolding(self, home_reachable: bool) -> None:
-        """Return, by question, runs from all states in which its ways begin."""
+    def _unfold(self, home_reachable: bool) -> None:
+        """Unfold the runs from all states in which ways begin, for each question those of its own."""
         idle: Symbolic = self._anywhere | {node: int(value) for node, value in self.home.fixed.items()}
         groups = []
         for at_home in (True, False):

@@ -93,7 +93,7 @@ def unprepared(made: Compiled, decide: Decide = decide) -> Ways:
     found = Ways(encoding, list(asked.values()), known_runs(encoding), decide, lambda *_: None, BUDGET, runs_from_start)
     found.home, found.prefix = HomeSpace(encoding), ()
     found.begins = found._begins(False)
-    found._unfolding(False)
+    found._unfold(False)
     found._take(found.beginnings.of(found.beginnings.passed(found.runs, 64)))
     return found
 
