@@ -167,12 +167,14 @@ def _rule_use(broken: _Broken) -> str:
     model, name = broken.model, broken.finding.subject
     found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
     shadowing = broken.near.of(name) if broken.near else Shadowing()
-    if shadowing.assumption and not found:
-        return f"{NEVER}, since {_assumed(shadowing.assumption)} forbids the steps in which it would"
+    if shadowing.forbids is not None and not found:
+        return f"{NEVER}, since {_forbid(shadowing.forbids)} the steps in which it would"
     causes = list(map(str, dict.fromkeys(found)))
     causes += _never_launched(broken, _settled_by(broken, name))
     if shadowing.rules:
         causes.append(f"where it would, {_decide(shadowing.rules)}")
+    if shadowing.unassumed and not causes:
+        causes.append(f"without the assumptions, {_listed(shadowing.unassumed)} would decide in its place")
     return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
 
 
@@ -234,25 +236,36 @@ def _reachability(broken: _Broken) -> str:
         parts.append(f"where it is asked, {_decide(shadowing.rules)}")
     if shadowing.alone:
         without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
-        forbidden = f"only in steps that {_assumed(shadowing.assumption)} forbids" if shadowing.assumption else "there"
+        forbidden = "there" if shadowing.forbids is None else f"only in steps that {_forbid(shadowing.forbids)}"
         parts.append(f"without {without} it would be launched {forbidden}")
         parts += _never_launched(
             broken, (name for rule in shadowing.alone[:SHADOWS] for name in _settled_by(broken, rule))
         )
-    elif shadowing.assumption:
-        parts.append(f"it would be launched only in steps that {_assumed(shadowing.assumption)} forbids")
+    elif shadowing.forbids is not None:
+        parts.append(f"it would be launched only in steps that {_forbid(shadowing.forbids)}")
     return "; ".join(parts)
 
 
-def _assumed(assumption: Assumption) -> str:
-    """Return which assumption it is."""
-    return f"the assumption at {assumption.location}"
+def _forbid(assumptions: Sequence[Assumption]) -> str:
+    """Return that these assumptions forbid something; if there are none, that the assumptions do."""
+    match assumptions:
+        case []:
+            return "the assumptions forbid"
+        case [one]:
+            return f"the assumption at {one.location} forbids"
+        case _:
+            places = " and at ".join(str(each.location) for each in assumptions)
+            return f"the assumptions at {places} forbid"
 
 
 def _decide(rules: Sequence[str]) -> str:
     """Return that these rules decide."""
+    return f"{_listed(rules)} decide{'s' * (len(rules) == 1)}"
+
+
+def _listed(rules: Sequence[str]) -> str:
     first, others = ", ".join(f"`{each}`" for each in rules[:SHADOWS]), len(rules) - SHADOWS
-    return f"{first} and {others} more decide" if others > 0 else f"{first} decide{'s' * (len(rules) == 1)}"
+    return f"{first} and {others} more" if others > 0 else first
 
 
 def _obligation(broken: _Broken) -> str:
@@ -356,7 +369,7 @@ def _link(broken: _Broken, state: State, link: Blocked | Forbidden | Launch) -> 
         return f"launch rule `{link.name}` requires `{link.request}` there"
     asked = asked_text(link.request, link.args)
     if isinstance(link, Forbidden):
-        return f"{asked} would be launched, but {_assumed(link.assumption)} forbids the step"
+        return f"{asked} would be launched, but {_forbid([link.assumption])} the step"
     by = reason_text(broken.model, state, link)
     if broken.end is not None and by != reason_text(broken.model, broken.end, link):
         by = reason_text(broken.model, state, link, "in a later state")

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from random import Random
 
 from exover.checks.run_moments import is_true
-from exover.model.event import ENDINGS, Ask, Event, Observe, Report
+from exover.model.event import ENDINGS, Ask, Ending, Event, Observe, Report
 from exover.model.expression import Compare, Cond, Const, Reading, atoms
 from exover.model.model import Model, Request
 from exover.model.property import Assumption
 from exover.model.semantics import Reference
-from exover.model.state import State
+from exover.model.state import SlotId, State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
 WALKS, STEPS = 12, 10
@@ -107,9 +107,19 @@ def _event(model: Model, state: State, seen: Sequence[Observe], often: Sequence[
     if active and chance < 0.4:
         name, slot = random.choice(active)
         outcome = "ok" if random.random() < 0.7 else random.choice(ENDINGS)
-        results = tuple(_any(each.type, random) for each in model.request[name].results) if outcome == "ok" else ()
-        return Report(name, slot, outcome, results)
+        return _report(model, (name, slot), outcome, random)
     if seen and chance < 0.6:
         return random.choice(seen)
     request = random.choice(likely)
     return Ask(request.name, arguments(request, random))
+
+
+def reports(model: Model, state: State, random: Random) -> Iterator[Report]:
+    """Yield a report of every active slot with every outcome."""
+    active = state.active(each.name for each in model.requests)
+    return (_report(model, slot, outcome, random) for slot in active for outcome in ENDINGS)
+
+
+def _report(model: Model, slot: SlotId, outcome: Ending, random: Random) -> Report:
+    results = tuple(_any(each.type, random) for each in model.request[slot[0]].results) if outcome == "ok" else ()
+    return Report(*slot, outcome, results)

@@ -4,8 +4,9 @@ launch: shown by steps near runs.
 That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
 not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
-is never launched, and is without one of the rules that decide where it is asked. If it would act only in steps that an
-assumption forbids, that is the cause, or is beside the rule.
+is never launched, and is without one of the rules that decide where it is asked. If it would act only in steps that
+assumptions forbid, that is the cause, or is beside the rule. One of them is the cause if it forbids each of these
+steps, and of a dead rule if without it the rule is seen to act.
 """
 
 from collections import Counter
@@ -15,11 +16,11 @@ from functools import cached_property
 from random import Random
 
 from exover.checks.finding import Finding
-from exover.checks.near_events import arguments, observations
+from exover.checks.near_events import arguments, observations, onward, reports
 from exover.checks.run_moments import is_true
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
-from exover.model.event import Action, Ask, Event
+from exover.model.event import Action, Ask, Event, Launched
 from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
 from exover.model.reads import in_question
@@ -65,24 +66,31 @@ class Shadows:
 
     def of(self, name: str) -> "Shadowing":
         """Return which rules decide where a rule or guard would, the one that was seen most often first, `busy` among
-        them; if there are none, the assumption that forbids what it would decide.
+        them; if there are none, the assumptions that forbid what it decides; if it is not seen to, which rules would
+        decide where it would in steps that they forbid.
         """
-        alone, seen = Reference(_cut(self.reference.model, name.__eq__)), Counter[str]()
+        alone = Reference(_cut(self.reference.model, name.__eq__))
+        seen, beside, acts = Counter[str](), Counter[str](), list[Tried]()
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
-        forbids = Counter[Assumption]()
         for step in self._steps(alone.model, requests):
+            if step.forbids and name in _rules(step.actions):
+                acts.append(step)
             roomy = _roomy(step)
             if name not in _rules(alone.step(roomy.state, step.event)[1]):
                 continue
-            forbids.update(step.forbids)
-            for other in dict.fromkeys(_rules(step.actions)) if not step.forbids else ():
+            for other in dict.fromkeys(_rules(step.actions)):
                 again = roomy if other == BUSY.rule else replace(step, reference=self.without[other])
-                seen[other] += name in _rules(again.actions) and not again.forbids
+                if name in _rules(again.actions) and (step.forbids or not again.forbids):
+                    (beside if step.forbids else seen)[other] += 1
             if seen.total() >= ENOUGH:
                 break
-        rules = tuple(rule for rule, count in seen.most_common() if count)
-        return Shadowing(rules, (), None if rules else _most(forbids))
+        if seen:
+            return Shadowing(_by_count(seen))
+        if not acts:
+            return Shadowing(unassumed=_by_count(beside))
+        acts += (step for step in self._further(requests) if step.forbids and name in _rules(step.actions))
+        return Shadowing(forbids=_alone_forbid(acts))
 
     def instead_of(self, name: str) -> tuple[str, ...]:
         """Return which rules decide where a rule does once it is taken out, the one that does so most often first."""
@@ -103,27 +111,29 @@ class Shadows:
         the rules that stand alone in the way of one that it forbids.
         """
         model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
-        request, forbids, forbids_without = model.request[name], Counter[Assumption](), Counter[Assumption]()
+        request, forbidden, forbidden_without = model.request[name], list[Tried](), list[Tried]()
         concerned = replace(model, requests=(request,), rules=self.reference.questions[name])
         for step in self._steps(concerned, [request]):
+            if step.forbids and _launches(step, name):
+                forbidden.append(step)
             if not isinstance(step.event, Ask):
                 continue
             reason = self.reference.decide(step.state, request, step.event.args).reason
-            if reason is None:
-                forbids.update(step.forbids)
-            elif reason != BUSY and not step.forbids:
+            if reason is not None and reason != BUSY and not step.forbids:
                 seen[reason.rule] += 1
                 if alone[reason.rule] < ENOUGH:
                     launch = self.without.launch(self.assumptions, step.state, step.event, reason.rule)
                     if launch is not None:
                         (beside if launch.forbids else alone)[reason.rule] += 1
-                        forbids_without.update(launch.forbids)
-        rules = tuple(rule for rule, _ in seen.most_common())
+                        forbidden_without += [launch] if launch.forbids else []
+        rules = _by_count(seen)
         if alone.total():
             return Shadowing(rules, tuple(rule for rule in rules if alone[rule]))
-        if forbids:
-            return Shadowing(rules, (), _most(forbids))
-        return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), _most(forbids_without))
+        if forbidden:
+            forbidden += (step for step in self._further([request]) if step.forbids and _launches(step, name))
+            return Shadowing(rules, forbids=_forbid_each(forbidden))
+        forbids = _forbid_each(forbidden_without) if forbidden_without else None
+        return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), forbids)
 
     def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["Tried"]:
         """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
@@ -139,9 +149,22 @@ class Shadows:
                     if tried.forbids:
                         continue
                     there = tried.after
-                for request in requests:
-                    for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
-                        yield Tried(self.reference, self.assumptions, there, Ask(request.name, args))
+                yield from self._asks(there, requests, random)
+
+    def _further(self, requests: Sequence[Request]) -> Iterator["Tried"]:
+        """Yield asks of requests, and reports, where random runs come to, if these may tell assumptions apart."""
+        random, seen = Random(0), set[object]()
+        for state in onward(self.reference, self.reference.start(), self.assumptions) if self.assumptions[1:] else ():
+            if state.key() not in seen:
+                seen.add(state.key())
+                yield from self._asks(state, requests, random)
+                for report in reports(self.reference.model, state, random):
+                    yield Tried(self.reference, self.assumptions, state, report)
+
+    def _asks(self, state: State, requests: Sequence[Request], random: Random) -> Iterator["Tried"]:
+        for request in requests:
+            for args in dict.fromkeys(arguments(request, random) for _ in range(ASKS)):
+                yield Tried(self.reference, self.assumptions, state, Ask(request.name, args))
 
 
 @dataclass(frozen=True)
@@ -168,23 +191,34 @@ class Tried:
         return self._outcome[1]
 
     @cached_property
-    def forbids(self) -> tuple[Assumption, ...]:
-        """The assumptions that it breaks."""
+    def _assumed(self) -> tuple[tuple[Assumption, bool | None], ...]:
+        """The assumptions, with whether each is true after it, as far as actions tell."""
         model = self.reference.model
         return tuple(
-            each
-            for each in self.assumptions
-            if is_true(model, self.event, self.after, self.actions, each.formula) is False
+            (each, is_true(model, self.event, self.after, self.actions, each.formula)) for each in self.assumptions
         )
+
+    @property
+    def forbids(self) -> tuple[Assumption, ...]:
+        """The assumptions that it breaks."""
+        return tuple(each for each, truth in self._assumed if truth is False)
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether actions tell of every assumption whether it breaks it."""
+        return all(truth is not None for _, truth in self._assumed)
 
 
 @dataclass(frozen=True, slots=True)
 class Shadowing:
-    """Which rules decide first, which of them stand alone in the way, and the assumption that forbids all else."""
+    """Which rules decide first, and which of them stand alone in the way; what assumptions have to do with it."""
 
     rules: tuple[str, ...] = ()
     alone: tuple[str, ...] = ()
-    assumption: Assumption | None = None
+    forbids: tuple[Assumption, ...] | None = None
+    """Those that are known to forbid all steps in which it would happen; None if there are no such steps."""
+    unassumed: tuple[str, ...] = ()
+    """Rules that would decide first in steps that assumptions forbid."""
 
 
 def _roomy(step: Tried) -> Tried:
@@ -196,9 +230,24 @@ def _roomy(step: Tried) -> Tried:
     return replace(step, state=state)
 
 
-def _most(counted: Counter[Assumption]) -> Assumption | None:
-    """Return what was counted most often, if anything was."""
-    return next((each for each, _ in counted.most_common(1)), None)
+def _by_count(counted: Counter[str]) -> tuple[str, ...]:
+    """Return what was counted, what was counted most often first."""
+    return tuple(each for each, _ in counted.most_common())
+
+
+def _launches(step: Tried, name: str) -> bool:
+    return any(isinstance(each, Launched) and each.request == name for each in step.actions)
+
+
+def _forbid_each(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
+    """Return the assumptions that forbid each of some steps."""
+    return tuple(each for each in steps[0].forbids if all(each in step.forbids for step in steps))
+
+
+def _alone_forbid(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
+    """Return the assumptions that forbid each of some steps, if without them one of these is seen to be allowed."""
+    found = _forbid_each(steps)
+    return found if any(step.is_settled and step.forbids == found for step in steps) else ()
 
 
 def shadows(

@@ -105,11 +105,11 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     looking = Shadows(reference, WithoutRules(model), [reference.start()], ())
     for name in dict.fromkeys(names):
         found = looking.of(name)
-        assert name not in found.rules and found.assumption is None
+        assert name not in found.rules and found.forbids is None
         assert name not in looking.instead_of(name)
     for request in model.requests:
         found = looking.before_launch(request.name)
-        assert "busy" not in found.rules and set(found.alone) <= set(found.rules) and found.assumption is None
+        assert "busy" not in found.rules and set(found.alone) <= set(found.rules) and found.forbids is None
 
 
 @pytest.mark.parametrize(
@@ -125,9 +125,66 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     ],
 )
 def test_an_assumption_that_forbids_what_would_happen_is_named(assumed: str, check: str, message: str) -> None:
-    model = model_of("spec s; poster hot: bool = false; module m { request b() { check cool: not hot; } }")
+    spec = "spec s; poster hot: bool = false; module m { request b() { check cool: not hot; } }"
+    (told,) = messages(spec, assumed, check, "m.b.cool" if check == "rule-use" else "m.b")
+    assert told.endswith(message)
+
+
+WAITS = "spec s; poster h: bool = false; module m { request a() { wait until h; } request b(); } forbid x: active(m.a);"
+PLAIN = "spec s; poster h: bool = false; module m { request a(); request b() { check h; } }"
+
+
+@pytest.mark.parametrize(
+    ("spec", "assumed", "subject", "message"),
+    [
+        (WAITS, "never asked(m.a)", "m.a.wait.1", ": without the assumptions, `x` would decide in its place; "),
+        (WAITS, "never asked(m.a)", "x", ", since the assumption at s.prop:1:8 forbids the steps in which it would"),
+        (PLAIN, "never asked(m.b); assume always active(m.a) or asked(m.a)", "m.b.check.1", "1:8 forbids the steps"),
+        (
+            PLAIN,
+            "never rejected(m.b); assume never asked(m.b)",
+            "m.b.check.1",
+            "the assumptions at s.prop:1:8 and at s.prop:1:36 forbid the steps in which it would",
+        ),
+        (
+            PLAIN,
+            "never asked(m.b) and not active(m.a); assume never asked(m.b) and active(m.a)",
+            "m.b.check.1",
+            ", since the assumptions forbid the steps in which it would",
+        ),
+        (
+            PLAIN,
+            "never rejected(m.b) and asked(m.b) and not active(m.a); assume never asked(m.b); "
+            "assume never asked(m.b) and active(m.a)",
+            "m.b.check.1",
+            ", since the assumptions forbid the steps in which it would",
+        ),
+    ],
+)
+def test_an_assumption_is_named_only_if_the_rule_acts_without_it(
+    spec: str, assumed: str, subject: str, message: str
+) -> None:
+    (told,) = messages(spec, assumed, "rule-use", subject)
+    assert message in told
+
+
+@pytest.mark.parametrize(
+    ("assumed", "forbids"),
+    [
+        ("always active(m.a) or asked(m.a); assume never asked(m.b) and active(m.a)", "assumptions forbid"),
+        ("never active(m.b); assume always active(m.a) or asked(m.a)", "assumption at s.prop:1:8 forbids"),
+        ("never asked(m.b); assume never launched(m.b)", "assumptions at s.prop:1:8 and at s.prop:1:33 forbid"),
+    ],
+)
+def test_an_assumption_is_named_only_if_it_forbids_every_launch(assumed: str, forbids: str) -> None:
+    (told,) = messages("spec s; module m { request a(); request b(); }", assumed, "reachability", "m.b")
+    assert told.endswith(f"; it would be launched only in steps that the {forbids}")
+
+
+def messages(spec: str, assumed: str, check: str, subject: str) -> list[str]:
+    """Return what is said of a subject that is violated."""
+    model = model_of(spec)
     properties = load_properties(Source("s.prop", f"for s; assume {assumed};"), model).properties
     assert properties is not None
     findings = check_all(compiled(model), lambda phase: None, properties=properties).findings
-    (told,) = (each.message for each in findings if each.check == check and each.verdict == "violated")
-    assert told.endswith(message)
+    return [e.message for e in findings if (e.check, e.subject, e.verdict) == (check, subject, "violated")]
