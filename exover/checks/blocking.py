@@ -67,12 +67,13 @@ class Obstacles:
         request, place = self.reference.model.request[name], state.places[name]
         if place:
             return self._decided(state, request, place.args, waits=True)
-        found = self._decided(state, request, least_arguments(request), waits=False)
-        if found is None or not request.params:
-            return found
-        random = Random(0)
-        others = (self._decided(state, request, arguments(request, random), waits=False) for _ in range(TRIED))
-        return None if None in others else found
+        found = [self._decided(state, request, args, waits=False) for args in _tried(request)]
+        return None if None in found else found[0]
+
+    def launchable(self, state: State, name: str) -> list[Args]:
+        """Return arguments that are tried with which nothing keeps a request that is asked from a launch."""
+        request = self.reference.model.request[name]
+        return [args for args in _tried(request) if self._decided(state, request, args, waits=False) is None]
 
     def refusal(self, state: State, launch: Launch) -> Blocked | None:
         """Return what the last step refused a required launch for; None if it did not."""
@@ -116,8 +117,7 @@ class Obstacles:
             if found.reason == BUSY:
                 continue
             rule = found.reason.rule
-            launch = self.without.launch(self.assumptions, state, Ask(name, found.args), rule)
-            if launch is not None and not launch.forbids:
+            if self.is_alone(found, state):
                 alone[rule] += 1
                 first.setdefault(rule, state)
                 if alone[rule] >= ENOUGH:
@@ -125,11 +125,17 @@ class Obstacles:
         return first[alone.most_common(1)[0][0]] if alone else None
 
     def forbidden(self, state: State, name: str) -> Forbidden | None:
-        """Return the assumption that forbids the ask of a request with its least arguments; None if none does."""
-        request = self.reference.model.request[name]
-        args = least_arguments(request)
-        forbids = Tried(self.reference, self.assumptions, state, Ask(name, args)).forbids
-        return Forbidden(request, args, forbids[0]) if forbids else None
+        """Return the assumption that forbids the ask of a request that nothing else keeps from a launch; None if there
+        are arguments with which none does.
+        """
+        forbids = [(args, self._asked(state, name, args).forbids) for args in self.launchable(state, name)]
+        if not forbids or not all(broken for _, broken in forbids):
+            return None
+        args, broken = forbids[0]
+        return Forbidden(self.reference.model.request[name], args, broken[0])
+
+    def _asked(self, state: State, name: str, args: Args) -> Tried:
+        return Tried(self.reference, self.assumptions, state, Ask(name, args))
 
     def stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
         """Return what keeps a request from a launch whatever is mended, and a state in which it does: by what the
@@ -178,6 +184,19 @@ class Obstacles:
         """Return whether a request would not be blocked in a state for the reason for which it is."""
         return self.reference.decide(state, link.request, link.args).reason != link.reason
 
+    def is_so(self, link: Blocked | Forbidden, state: State) -> bool:
+        """Return whether in a state, too, a request is blocked for this reason, or its launch forbidden."""
+        if isinstance(link, Blocked):
+            return not self.is_mended(link, state)
+        step = self._asked(state, link.request.name, link.args)
+        return step.launches(link.request.name) and link.assumption in step.forbids
+
+    def is_alone(self, link: Blocked, state: State) -> bool:
+        """Return whether an ask of the request would be launched, and is not forbidden, but for the rule alone."""
+        ask = Ask(link.request.name, link.args)
+        launch = self.without.launch(self.assumptions, state, ask, link.reason.rule)
+        return launch is not None and not launch.forbids
+
     def _is_let_go(self, launch: Launch, state: State) -> bool:
         """Return whether a launch rule requires nothing in a state."""
         return not holds(self.reference.model, state, launch.condition)
@@ -197,6 +216,13 @@ class Obstacles:
             if name in latch.resets and latch.name in named
         ]
         return any(map(is_mended, changed))
+
+
+def _tried(request: Request) -> Sequence[Args]:
+    """Return the least arguments of a request, and some others."""
+    random = Random(0)
+    others = (arguments(request, random) for _ in range(TRIED)) if request.params else ()
+    return (least_arguments(request), *others)
 
 
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:

@@ -32,6 +32,8 @@ SHADOWS = 3
 """So many rules are named that decide before another."""
 SEARCHED = ("rule-use", "reachability", "redundancy")
 """Checks whose causes are looked for in steps near the runs of other findings."""
+MENDED, LATER = "once all else is mended, ", "in a later state "
+"""How it is told that something is so only in a state that random runs come to from the end of the run."""
 RUNLESS = ("consistency", "tables")
 """Checks that are not about runs, whatever is assumed."""
 
@@ -326,20 +328,18 @@ def _lockout(broken: _Broken) -> str:
     state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
         return _deadlock(broken)
-    asked = asked_text(request, least_arguments(request))
-    unasked = f"{asked} would be launched, but the assumptions leave no such step"
     never = _never_launched(broken, [request.name])
-    return "; ".join([broken.finding.message, *never, *(_stuck(broken, state, request.name) or [unasked])])
+    stuck = _stuck(broken, state, request.name)
+    if not stuck:
+        args = next(iter(broken.obstacles.launchable(state, request.name)), least_arguments(request))
+        stuck = [f"{asked_text(request, args)} would be launched, but the assumptions leave no such step"]
+    return "; ".join([broken.finding.message, *never, *stuck])
 
 
 def _stuck(broken: _Broken, state: State, name: str) -> list[str]:
     """Return what keeps a request from a launch from a state on, as one part of a sentence, if something does."""
-    obstacles = broken.obstacles
-    _, last = obstacles.stays(state, name)
-    if last is None:
-        return []
-    mended = "once all else is mended, " if isinstance(last, Blocked) and obstacles.is_mended(last, state) else ""
-    return [f"{mended}{_chain(broken, state, name)}"]
+    _, last = broken.obstacles.stays(state, name)
+    return [] if last is None else [_chain(broken, state, name)]
 
 
 DETAILS: Mapping[str, Callable[[_Broken], str]] = {
@@ -367,12 +367,19 @@ def _chain(broken: _Broken, state: State, name: str) -> str:
 def _link(broken: _Broken, state: State, link: Blocked | Forbidden | Launch) -> str:
     if isinstance(link, Launch):
         return f"launch rule `{link.name}` requires `{link.request}` there"
-    asked = asked_text(link.request, link.args)
+    asked, so = asked_text(link.request, link.args), _so(broken, state, link)
     if isinstance(link, Forbidden):
-        return f"{asked} would be launched, but {_forbid([link.assumption])} the step"
+        return f"{so}{asked} would be launched, but {_forbid([link.assumption])} the step"
     by = reason_text(broken.model, state, link)
-    if broken.end is not None and by != reason_text(broken.model, broken.end, link):
-        by = reason_text(broken.model, state, link, "in a later state")
+    if so != LATER and broken.end is not None and by != reason_text(broken.model, broken.end, link):
+        by = reason_text(broken.model, state, link, LATER.strip())
     if link.waits and broken.end is not None and broken.end.places[link.request.name]:
-        return f"`{link.request.name}` waits by {by}"
-    return f"{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
+        return f"{so}`{link.request.name}` waits by {by}"
+    return f"{so}{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
+
+
+def _so(broken: _Broken, state: State, link: Blocked | Forbidden) -> str:
+    """Return how what is so in a state that random runs come to is told, if it is not so at the end of the run."""
+    if broken.end is None or state is broken.end or broken.obstacles.is_so(link, broken.end):
+        return ""
+    return MENDED if isinstance(link, Blocked) and broken.obstacles.is_alone(link, state) else LATER

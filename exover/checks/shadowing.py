@@ -114,7 +114,7 @@ class Shadows:
         request, forbidden, forbidden_without = model.request[name], list[Tried](), list[Tried]()
         concerned = replace(model, requests=(request,), rules=self.reference.questions[name])
         for step in self._steps(concerned, [request]):
-            if step.forbids and _launches(step, name):
+            if step.forbids and step.launches(name):
                 forbidden.append(step)
             if not isinstance(step.event, Ask):
                 continue
@@ -130,7 +130,7 @@ class Shadows:
         if alone.total():
             return Shadowing(rules, tuple(rule for rule in rules if alone[rule]))
         if forbidden:
-            forbidden += (step for step in self._further([request]) if step.forbids and _launches(step, name))
+            forbidden += (step for step in self._further([request]) if step.forbids and step.launches(name))
             return Shadowing(rules, forbids=_forbid_each(forbidden))
         forbids = _forbid_each(forbidden_without) if forbidden_without else None
         return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), forbids)
@@ -190,6 +190,10 @@ class Tried:
         """What it answers."""
         return self._outcome[1]
 
+    def launches(self, name: str) -> bool:
+        """Return whether it launches a request."""
+        return any(isinstance(each, Launched) and each.request == name for each in self.actions)
+
     @cached_property
     def _assumed(self) -> tuple[tuple[Assumption, bool | None], ...]:
         """The assumptions, with whether each is true after it, as far as actions tell."""
@@ -233,10 +237,6 @@ def _roomy(step: Tried) -> Tried:
 def _by_count(counted: Counter[str]) -> tuple[str, ...]:
     """Return what was counted, what was counted most often first."""
     return tuple(each for each, _ in counted.most_common())
-
-
-def _launches(step: Tried, name: str) -> bool:
-    return any(isinstance(each, Launched) and each.request == name for each in step.actions)
 
 
 def _forbid_each(steps: Sequence[Tried]) -> tuple[Assumption, ...]:

@@ -283,7 +283,7 @@ def test_an_assumption_that_forbids_what_would_mend_it_is_told() -> None:
     said = found(spec, "for s; assume never asked(m.reset) and active(m.reset);")["lockout", "m.go"].message
     assert said.endswith(
         "; `m.go()` is refused by `m.go.clear`, there stop == true; "
-        "`m.reset()` would be launched, but the assumption at s.prop:1:8 forbids the step"
+        "in a later state `m.reset()` would be launched, but the assumption at s.prop:1:8 forbids the step"
     )
 
 
@@ -297,6 +297,40 @@ def test_what_a_state_after_the_run_has_is_not_told_as_if_it_were_its_end() -> N
     said = found(spec)["lockout", "m.sing"].message
     told = "once all else is mended, `m.sing()` is refused by `m.sing.low`, in a later state m.at == 3"
     assert said.endswith(f"; {told}")
+
+
+LATER = """spec s; module m { request a(); request b(); }
+forbid x: active(m.a) and not active(m.b) by wait or kill m.a;"""
+CHOSEN = "spec s; module m { request a(n: int in 0 .. 9) { check some: n > 2; } request b(); }"
+NEVER_ASKED = "the assumption at s.prop:1:8 forbids the step"
+
+
+@pytest.mark.parametrize(
+    ("spec", "assumed", "told"),
+    [
+        (LATER, "never asked(m.a)", f"; in a later state `m.a()` would be launched, but {NEVER_ASKED}"),
+        (CHOSEN, "never asked(m.a)", f"; `m.a(n = 6)` would be launched, but {NEVER_ASKED}"),
+        (
+            CHOSEN,
+            "never asked(m.a) and not killed(m.a with n > 3)",
+            "; `m.a(n = 6)` would be launched, but the assumptions leave no such step",
+        ),
+    ],
+)
+def test_a_launch_that_is_forbidden_is_one_at_the_end_of_the_run_unless_it_is_told(
+    spec: str, assumed: str, told: str
+) -> None:
+    message = found(spec, f"for s; assume {assumed};")["lockout", "m.a"].message
+    assert message.endswith(told)
+
+
+def test_what_mends_it_is_told_to_be_refused_later_if_it_is_not_at_the_end_of_the_run() -> None:
+    spec = """spec s; poster k: bool = true;
+    module m { request a() { wait until last(m.a) == failed; check not k; } request b() { after m.a; } }"""
+    said = found(spec)["lockout", "m.b"].message
+    first = "`m.b()` is refused by `m.b.after.m.a`, there not past(m.a)"
+    last = "once all else is mended, `m.a()` is kept waiting by `m.a.wait.1`, there last(m.a) == none"
+    assert said.endswith(f"; {first}; {last}")
 
 
 STUCK = """spec s; poster dark: bool = true; latch alarm: when dark until m.reset;
@@ -329,8 +363,9 @@ def test_what_would_mend_it_and_cannot_be_is_told(engines: Engines) -> None:
     stow = "`arm.stow()` is kept waiting by `arm.stow.held` (it needs hold), there plug.mated == false"
     assert said["lockout", "plug.mate"].removeprefix("once all else is mended, ") == f"{mate}; {stow}"
     unfold = "`arm.unfold()` is refused by `arm.unfold.folded` (it is out), there arm.pose == out"
-    assert said["lockout", "arm.unfold"] == f"once all else is mended, {unfold}; {stow}; {mate}"
-    assert said["property", "back"] == (f"once all else is mended, {unfold}; {stow}; {mate}")
+    mended = "once all else is mended, "
+    assert said["lockout", "arm.unfold"] == f"{mended}{unfold}; {stow}; {mended}{mate}"
+    assert said["property", "back"] == f"{mended}{unfold}; {stow}; {mended}{mate}"
     sing = said["lockout", "m.sing"].split("; ")
     assert sing[0] == "`m.sing()` is kept waiting by `m.sing.silence`, there active(m.send)"
     assert sing[1] == "launch rule `distress` requires `m.send` there"
