@@ -13,10 +13,11 @@ from exover.checks.near_events import least_arguments
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.property_detail import conditions, false_first, how_broken, owed, requests_named
 from exover.checks.remedy import advice
-from exover.checks.rule_use import ADVICE, NEVER
+from exover.checks.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
+from exover.checks.rule_use import VIOLATED as UNNAMED
 from exover.checks.shadowing import RULES, Shadowing, Shadows, WithoutRules, shadows
 from exover.dataclass import dataclass
-from exover.loop.claim import CONTRADICTORY
+from exover.loop.claim import CONTRADICTORY, Verdict
 from exover.model.expression import And, Cond, Not, Or, Past, Status
 from exover.model.model import Launch, Model, Parameter
 from exover.model.property import Assumption, Formula, Properties
@@ -48,6 +49,7 @@ def detailed(
     reference = Reference(model)
     without = WithoutRules(model)
     obstacles = Obstacles(reference, without, properties.assumptions, is_late)
+    verdicts = {(each.check, each.subject): each.verdict for each in findings}
     broken = [each for each in findings if each.verdict == "violated"]
     dead = {each.subject for each in broken if each.check == "rule-use"}
     contradictory = any(CONTRADICTORY in each.message for each in broken)
@@ -65,7 +67,8 @@ def detailed(
             yield finding
         else:
             near = looking if finding in searched and not is_late() else None
-            yield replace(finding, message=add(_Broken(reference, properties, finding, obstacles, near, unlaunched)))
+            told = add(_Broken(reference, properties, finding, obstacles, near, verdicts, unlaunched))
+            yield replace(finding, message=told)
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,8 @@ class _Broken:
     obstacles: Obstacles
     near: Shadows | None
     """Looks for what decides first in steps near runs, if it is to be looked for."""
+    verdicts: Mapping[tuple[str, str], Verdict]
+    """Of all findings, by check and subject."""
     unlaunched: frozenset[str]
     """Requests that no run launches, as far as that is found."""
 
@@ -165,19 +170,42 @@ def _launch_missed(broken: _Broken, state: State, formula: Formula) -> list[str]
 
 
 def _rule_use(broken: _Broken) -> str:
-    """Return why it never acts, if ranges tell, or what decides first."""
+    """Return why no answer names it, beside what engines add to what the check says."""
+    return f"{_unnamed(broken)}{broken.finding.message.removeprefix(UNNAMED)}"
+
+
+def _unnamed(broken: _Broken) -> str:
+    """Return why a rule never acts, if ranges tell, or what decides first; or that it decides without a word."""
     model, name = broken.model, broken.finding.subject
-    found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
+    stands = standing(model, broken.verdicts, name)
     shadowing = broken.near.of(name) if broken.near else Shadowing()
+    if stands == "silent":
+        where = [f"where an answer would name it, {_decide(shadowing.rules)}"] if shadowing.rules else []
+        return "; ".join([SILENT, *where, _taken_out(broken)])
+    found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
+    never, one, advice = (NEVER, "it", ADVICE) if stands == "idle" else (UNNAMED, "one", CAREFUL)
     if shadowing.forbids is not None and not found:
-        return f"{NEVER}, since {_forbid(shadowing.forbids)} the steps in which it would"
+        return f"{never}, since {_forbid(shadowing.forbids)} the steps in which {one} would"
     causes = list(map(str, dict.fromkeys(found)))
     causes += _never_launched(broken, _settled_by(broken, name))
     if shadowing.rules:
-        causes.append(f"where it would, {_decide(shadowing.rules)}")
+        causes.append(f"where {one} would, {_decide(shadowing.rules)}")
     if shadowing.unassumed and not causes:
         causes.append(f"without the assumptions, {_listed(shadowing.unassumed)} would decide in its place")
-    return f"{NEVER}: {'; '.join(causes)}; {ADVICE}" if causes else broken.finding.message
+    if stands == "idle" and not causes:
+        causes.append(UNCALLED)
+    return "; ".join([f"{never}: {'; '.join(causes)}" if causes else never, advice])
+
+
+def _taken_out(broken: _Broken) -> str:
+    """Return what it changes to take out a rule that decides without a word."""
+    match broken.verdicts.get(("redundancy", broken.finding.subject)):
+        case "violated":
+            return ADVICE
+        case "holds":
+            return "to take it out changes decisions"
+        case _:
+            return "to take it out may change decisions"
 
 
 def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parameter, ...]]]:

@@ -39,6 +39,33 @@ def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> Non
     assert message == f"it never acts: {causes}; correct it or take it out"
 
 
+SILENT = "no answer names it, but it decides without a word: it keeps what waits waiting; "
+KEEPS = """spec s; poster h: bool = false; launch go: m.b() when not waiting(m.a); module m { request a() { CLAUSE }
+request b() { interrupts m.a; } } forbid x1: active(m.a) and not h by wait;"""
+
+
+@pytest.mark.parametrize(
+    ("clause", "rules", "name", "told"),
+    [
+        ("", "forbid x2: active(m.a) and not active(m.b) by wait;", "x2", " decides; to take it out changes"),
+        ("settle until running(m.b) and h;", "", "m.a.settle.1", ", `busy` decide; to take it out may change"),
+        (
+            "",
+            "forbid x2: active(m.a) and not active(m.b) by wait; forbid x3: not active(m.b) and active(m.a) by wait;",
+            "x2",
+            " decides; correct it or take it",
+        ),
+    ],
+)
+def test_a_rule_that_keeps_what_waits_waiting_is_not_told_to_be_idle(
+    clause: str, rules: str, name: str, told: str
+) -> None:
+    findings = check_all(compiled(model_of(KEEPS.replace("CLAUSE", clause) + rules)), lambda phase: None).findings
+    said = {each.subject: each.message for each in findings if each.check == "rule-use" and each.verdict == "violated"}
+    assert said[name].startswith(SILENT)
+    assert f"; where an answer would name it, `x1`{told}" in said[name]
+
+
 REDUNDANT = [
     (
         "forbid gale: wind > 30 and active(m.b) by kill m.b; forbid storm: wind > 20 and active(m.b) by kill m.b;",
@@ -68,10 +95,11 @@ def test_nothing_is_looked_for_when_the_time_is_over() -> None:
     model = model_of(HEAD + rules)
     findings = check_all(compiled(model), lambda phase: None, asked={"rule-use"}).findings
     plain = [replace(each, message=VIOLATED if each.verdict == "violated" else each.message) for each in findings]
-    assert all(
-        "where it would" in each.message for each in detailed(model, NO_PROPERTIES, plain) if each.verdict == "violated"
-    )
-    assert list(detailed(model, NO_PROPERTIES, plain, lambda: True)) == plain
+    violated = [each for each in plain if each.verdict == "violated"]
+    advice = "correct it, or take it out if `idle-guard` finds it idle"
+    for is_late, cause in ((lambda: False, ": where one would, `gale` decides"), (lambda: True, "")):
+        told = [each.message for each in detailed(model, NO_PROPERTIES, plain, is_late) if each.verdict == "violated"]
+        assert told == [f"no answer names it{cause}; {advice}"] * len(violated)
 
 
 NEVER = [
