@@ -67,9 +67,13 @@ def subjects(_: Model, properties: Properties) -> Subjects:
 
 
 def coherence(_: Model, properties: Properties) -> Subjects:
-    """Yield the assumptions as one subject, if there are any: do they contradict each other?"""
-    if properties.assumptions:
-        yield ASSUMPTIONS, properties.assumptions[0].location
+    """Yield the assumptions as one subject, if there are any: do they contradict each other?
+
+    Fair reports alone never do: whatever is active can be reported.
+    """
+    places = [*(each.location for each in properties.assumptions), *([properties.fair_at] if properties.fair else [])]
+    if places:
+        yield ASSUMPTIONS, places[0]
 
 
 def _of_assumptions(properties: Properties, subject: str) -> bool:

@@ -10,7 +10,7 @@ from typing import Literal, assert_never
 
 from exover.dataclass import dataclass
 from exover.model.expression import Cond
-from exover.model.model import Location, Rule
+from exover.model.model import NOWHERE, Location, Rule
 
 Label = tuple[str, ...]
 """What a mark of the closed loop is called (`exover.loop.finite.program.Mark`)."""
@@ -164,6 +164,8 @@ class Properties:
     assumptions: tuple[Assumption, ...] = ()
     fair: bool = False
     file: str | None = field(default=None, compare=False)
+    fair_at: Location = field(default=NOWHERE, compare=False)
+    """Where fair reports are assumed."""
 
 
 NO_PROPERTIES = Properties()

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import assert_never
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
-from exover.model.model import Location, Model
+from exover.model.model import NOWHERE, Location, Model
 from exover.model.property import (
     Assumption,
     Atom,
@@ -52,8 +52,9 @@ def resolve_properties(
     found = mistakes.in_order()
     if found:
         return None, found
-    fair = any(isinstance(item, tree.AssumeFair) for item in file.items)
-    return Properties(tuple(filter(None, properties)), tuple(assumptions), fair, source.name), ()
+    fair = next((_where(reader, item.span) for item in file.items if isinstance(item, tree.AssumeFair)), None)
+    stated = tuple(filter(None, properties)), tuple(assumptions)
+    return Properties(*stated, fair is not None, source.name, fair or NOWHERE), ()
 
 
 def _where(reader: Reader, span: Span) -> Location:

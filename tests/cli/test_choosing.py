@@ -135,6 +135,17 @@ def test_assumptions_hold_whatever_is_asked(run, spec: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("engine", ["auto", "bdd", "aig", "z3"])
+@pytest.mark.parametrize("asked", [(), ("--only", "safety")], ids=["all", "safety"])
+def test_fair_reports_alone_are_assumptions_that_do_not_contradict_each_other(
+    run, spec: Path, engine: str, asked: tuple[str, ...]
+) -> None:
+    spec.with_suffix(".prop").write_text("for demo;\nassume fair reports;\n")
+    done = run("check", "demo.exo", *asked, "--engine", engine, "--format", "json")
+    (found,) = (f for f in json.loads(done.stdout)["findings"] if f["check"] == "property")
+    assert (found["subject"], found["verdict"], found["location"]["line"]) == ("assumptions", "holds", 2)
+
+
 @pytest.mark.parametrize("engine", ["auto", "bdd", "z3"])
 @pytest.mark.parametrize("stated", ["", PROPERTY])
 def test_assumptions_that_contradict_each_other_are_never_passed_over(
