@@ -256,21 +256,20 @@ def _redundancy(broken: _Broken) -> str:
 
 
 def _reachability(broken: _Broken) -> str:
-    """Return what decides where it is asked."""
+    """Return what keeps it from a launch."""
     shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
     request = broken.model.request[broken.finding.subject]
     found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
     parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
     parts += beyond_capacity(broken.model, request)
     if shadowing.rules:
-        parts.append(f"where it is asked, {_decide(shadowing.rules)}")
+        parts.append(f"it is kept from a launch by {_listed(shadowing.rules)}")
     if shadowing.alone:
         without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
         forbidden = "there" if shadowing.forbids is None else f"only in steps that {_forbid(shadowing.forbids)}"
         parts.append(f"without {without} it would be launched {forbidden}")
-        parts += _never_launched(
-            broken, (name for rule in shadowing.alone[:SHADOWS] for name in _settled_by(broken, rule))
-        )
+        settled = (name for rule in shadowing.alone[:SHADOWS] for name in _settled_by(broken, rule))
+        parts += _never_launched(broken, (name for name in settled if name != request.name))
     elif shadowing.forbids is not None:
         parts.append(f"it would be launched only in steps that {_forbid(shadowing.forbids)}")
     return "; ".join(parts)

@@ -4,7 +4,7 @@ launch: shown by steps near runs.
 That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
 not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
-is never launched, and is without one of the rules that decide where it is asked. If it would act only in steps that
+is never launched, and is without one of the rules that keep it from a launch. If it would act only in steps that
 assumptions forbid, that is the cause, or is beside the rule. One of them is the cause if it forbids each of these
 steps, and of a dead rule if without it the rule is seen to act.
 """
@@ -106,9 +106,9 @@ class Shadows:
         return tuple(rule for rule, _ in seen.most_common())
 
     def before_launch(self, name: str) -> "Shadowing":
-        """Return which rules decide where a request is asked, the one that does so most often first, and those of them
-        that now and then stand alone in the way of a launch; if none does, the assumption that forbids a launch, beside
-        the rules that stand alone in the way of one that it forbids.
+        """Return which rules keep a request from a launch where it is asked or waits, the one that does so most often
+        first, and those of them that now and then stand alone in the way of a launch; if none does, the assumptions
+        that forbid every launch, beside the rules that stand alone in the way of one that is forbidden.
         """
         model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
         request, forbidden, forbidden_without = model.request[name], list[Tried](), list[Tried]()
@@ -118,11 +118,13 @@ class Shadows:
                 forbidden.append(step)
             if not isinstance(step.event, Ask):
                 continue
-            reason = self.reference.decide(step.state, request, step.event.args).reason
+            place = step.state.places[name]
+            args = place.args if place and not request.interrupts_self else step.event.args
+            reason = self.reference.decide(step.state, request, args).reason
             if reason is not None and reason != BUSY and not step.forbids:
                 seen[reason.rule] += 1
                 if alone[reason.rule] < ENOUGH:
-                    launch = self.without.launch(self.assumptions, step.state, step.event, reason.rule)
+                    launch = self.without.launch(self.assumptions, step.state, Ask(name, args), reason.rule)
                     if launch is not None:
                         (beside if launch.forbids else alone)[reason.rule] += 1
                         forbidden_without += [launch] if launch.forbids else []

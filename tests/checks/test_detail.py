@@ -114,7 +114,7 @@ def test_of_what_no_run_launches_it_is_told_that_a_guard_waits_for_it() -> None:
     see = "no run launches `m.a`: see reachability"
     assert findings["rule-use", "m.b.gone"].message == f"it never acts: {see}; correct it or take it out"
     message = findings["reachability", "m.c"].message
-    assert message.endswith(f"decides; without `m.c.then` it would be launched there; {see}")
+    assert message.endswith(f"by `m.c.then`; without `m.c.then` it would be launched there; {see}")
 
 
 def test_of_a_lasso_it_is_told_by_what_its_request_waits_in_turn() -> None:
@@ -247,7 +247,10 @@ module m { request a(n: int in 1 .. 2) { uses net 7; uses net 4 when n > 0; } re
     assert findings["lockout", "m.b"].message.endswith(
         "; `m.b()` is refused by `pills` (it wants 6 of 5), there level(pills) == 5"
     )
-    assert "; it wants 6 of `pills`, of which there are 5; where it is asked" in findings["reachability", "m.b"].message
+    assert (
+        "; it wants 6 of `pills`, of which there are 5; it is kept from a launch by `pills`"
+        in findings["reachability", "m.b"].message
+    )
     assert "it wants" not in findings["reachability", "m.a"].message, "that depends on a condition"
 
 

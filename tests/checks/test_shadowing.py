@@ -103,13 +103,13 @@ def test_nothing_is_looked_for_when_the_time_is_over() -> None:
 
 
 NEVER = [
-    ("context m.a { check never: wind > 70; }", "`m.a.never`, `m.a.calm` decide; without `m.a.never` it"),
+    ("context m.a { check never: wind > 70; }", "`m.a.never`, `m.a.calm`; without `m.a.never` it"),
     (
         "context m.b { check up: wind > 30; check down: wind < 10; }",
-        "`m.b.up`, `m.b.down` decide; without `m.b.up` or without `m.b.down` it",
+        "`m.b.up`, `m.b.down`; without `m.b.up` or without `m.b.down` it",
     ),
-    ("context m.b { wait up: until wind > 70; }", "`m.b.up` decides; without `m.b.up` it"),
-    ("context m.b { check one: wind > 70; check two: wind > 70; }", "`m.b.one` decides"),
+    ("context m.b { wait up: until wind > 70; }", "`m.b.up`; without `m.b.up` it"),
+    ("context m.b { check one: wind > 70; check two: wind > 70; }", "`m.b.one`"),
 ]
 
 
@@ -117,11 +117,30 @@ NEVER = [
 def test_what_decides_where_a_request_is_asked_that_is_never_launched_is_named(rules: str, told: str) -> None:
     findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
     (message,) = (each.message for each in findings if each.check == "reachability" and each.verdict == "violated")
-    there = "" if told.endswith("decides") else " would be launched there"
-    first, _, rest = message.partition("; where it is asked, ")
+    there = " would be launched there" if "without" in told else ""
+    first, _, rest = message.partition("; it is kept from a launch by ")
     never = "; `wind > 70` is false whatever happens: wind lies in 0 .. 60" if "70" in rules else ""
     assert first == f"no run launches the request{never}"
     assert rest == f"{told}{there}"
+
+
+@pytest.mark.parametrize(
+    ("spec", "told"),
+    [
+        (
+            KEEPS.replace("CLAUSE", "") + "forbid x2: active(m.a) and not active(m.b) by wait;",
+            "`m.b.interrupts.m.a`, `x1`, `x2`; without `m.b.interrupts.m.a` or without `x2` it would be launched there",
+        ),
+        (
+            "spec s; module m { request a(x: bool) { wait until last(m.a) == ok; check not x; } request b(); }",
+            "`m.a.wait.1`, `m.a.check.1`; without `m.a.wait.1` it would be launched there",
+        ),
+    ],
+)
+def test_what_keeps_a_waiting_request_from_a_launch_is_told_of_what_waits(spec: str, told: str) -> None:
+    findings = check_all(compiled(model_of(spec)), lambda phase: None).findings
+    (message,) = (e.message for e in findings if (e.check, e.subject, e.verdict) == ("reachability", "m.a", "violated"))
+    assert message == f"no run launches the request; it is kept from a launch by {told}"
 
 
 @pytest.mark.parametrize("seed", range(40))
