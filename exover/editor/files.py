@@ -138,6 +138,10 @@ class Files:
         paths = dict.fromkeys([spec, *self.properties_of(spec), path])
         return [(each, found) for each in paths if (found := self.analysis(each)) and not found.part]
 
+    def beside(self, path: str) -> set[str]:
+        """Return the files of the spec that a text is, or goes with: the text itself, parts and properties files."""
+        return {file.name for _, each in self.together(path) for file in each.source.files}
+
     def properties_of(self, spec: str) -> list[str]:
         """Return the properties files of a spec on disk."""
         try:

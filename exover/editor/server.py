@@ -7,7 +7,7 @@ change ends.
 
 import asyncio
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from typing import TypeVar
@@ -29,6 +29,7 @@ from exover.editor.includes import included_at
 from exover.editor.rename import RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, PositionEncoding
+from exover.places import SPEC
 from exover.source import Source, Span
 from exover.syntax.layout import formatted, start_of
 
@@ -50,8 +51,8 @@ class SpecServer(LanguageServer):
         self.seconds = SECONDS
         self.told: dict[str, list[Told]] = {}
         """What checks have said last of each spec, by its path."""
-        self.closed_parts: dict[str, set[str]] = {}
-        """The parts with mistakes that are not open, by the spec that includes them."""
+        self.closed: dict[str, set[str]] = {}
+        """The files that are not open of which something is told, by the spec that they go with."""
         self.refreshes: dict[str, asyncio.Task[None]] = {}
         self.reader = ThreadPoolExecutor(1, "reader")
 
@@ -91,25 +92,40 @@ class SpecServer(LanguageServer):
     def changed(self, uri: str, text: str, version: int | None) -> None:
         """Take the newest text, and tell what is wrong with it as soon as that is known."""
         path = path_of(uri)
+        self._forget(path)
+        self.reader.submit(self.files.put, path, text, version)
+        self._begin(uri)
+
+    def _forget(self, path: str) -> None:
+        """Forget what checks have said of a text that is no longer."""
         self.told = {
             spec: [each for each in told if each.file != path] for spec, told in self.told.items() if spec != path
         }
-        self.reader.submit(self.files.put, path, text, version)
-        self._begin(uri)
 
     def saved(self, uri: str) -> None:
         """Ask the checks anew: they read what is on disk beside the text."""
         self.reader.submit(self.files.look_anew)
         self._begin(uri)
 
-    def closed(self, uri: str) -> None:
-        """Forget a text."""
+    async def close(self, uri: str) -> None:
+        """Forget a text: what is on disk counts again, also for the files that go with it."""
         if refresh := self.refreshes.pop(uri, None):
             refresh.cancel()
-        self.reader.submit(self.files.drop, path_of(uri))
-        for part in self.closed_parts.pop(path_of(uri), ()):
-            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(part, []))
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+        path, opened = path_of(uri), {each: path_of(each) for each in self.refreshes}
+        self._forget(path)
+        self._show(uri, [])
+
+        def dropped() -> tuple[list[str], set[str]]:
+            beside = {each: self.files.beside(file) for each, file in opened.items()}
+            self.files.drop(path)
+            return [each for each, files in beside.items() if path in files], set().union(*beside.values())
+
+        near, held = await self.ask(dropped)
+        for spec in self.closed.keys() - held:
+            for each in self.closed.pop(spec):
+                self._show(each, [])
+        for each in sorted(set(near) & self.refreshes.keys(), key=lambda name: not name.endswith(SPEC))[:1]:
+            self._begin(each)
 
     def _begin(self, uri: str) -> None:
         if before := self.refreshes.pop(uri, None):
@@ -122,10 +138,11 @@ class SpecServer(LanguageServer):
         found, _ = await self.analysis(uri)
         await self._publish(uri)
         path = path_of(uri)
-        if found.properties is None and path.endswith(".exo"):
+        if found.properties is None and path.endswith(SPEC):
             for other in list(self.refreshes):
                 if other != uri and other in self.refreshes:
                     await self._publish(other)
+        await self._publish_closed(path)
         if self.seconds and found.model is not None and not found.diagnostics:
             await asyncio.sleep(PAUSE)
             await self._check(path)
@@ -136,7 +153,7 @@ class SpecServer(LanguageServer):
         if not together:
             return
         (spec, found), *others = together
-        if found.model is None or any(each.diagnostics for _, each in together) or not spec.endswith(".exo"):
+        if found.model is None or any(each.diagnostics for _, each in together) or not spec.endswith(SPEC):
             return
         properties = others[0][1].source if len(others) == 1 else None
         with suppress(OSError):  # there is no such folder, or no process can be made
@@ -144,29 +161,39 @@ class SpecServer(LanguageServer):
         for uri in list(self.refreshes):
             if path_of(uri) in [file.name for _, each in together for file in each.source.files]:
                 await self._publish(uri)
+        await self._publish_closed(path)
 
     async def _publish(self, uri: str) -> None:
+        """Tell what is wrong with a text that is open."""
         found, version = await self.numbered(uri)
-        path, text = path_of(uri), self.text(found)
-        await self._publish_parts(found)
-        told = [each for of in self.told.values() for each in of if each.violated and each.file == path]
-        shown = [convert.mistake(text, each) for each in found.mistakes]
-        if not shown:
-            shown = [convert.finding(text, each) for each in told]
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+        self._show(uri, self._wrong(found.document, found.mistakes), version)
 
-    async def _publish_parts(self, found: TextAnalysis) -> None:
-        """Tell what is wrong with the parts of a spec that no editor has open, and forget what was."""
-        opened = {path_of(uri) for uri in self.refreshes}
-        parts = {self.uri(part.name): part for part in found.source.parts if part.name not in opened}
-        wrong = {uri: part for uri, part in parts.items() if found.of(part)}
-        before = self.closed_parts.get(found.source.name, set()) - {self.uri(path) for path in opened}
-        for uri in before - wrong.keys():
-            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
-        for uri, part in wrong.items():
-            shown = [convert.mistake(self.text_of(part), each) for each in found.of(part)]
-            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown))
-        self.closed_parts[found.source.name] = set(wrong)
+    async def _publish_closed(self, path: str) -> None:
+        """Tell what is wrong with files that go with a text and are not open, and forget what was."""
+        together = await self.ask(lambda: self.files.together(path))
+        if not together:
+            return
+        spec, opened = together[0][0], {path_of(uri) for uri in self.refreshes}
+        files = [(file, found.of(file)) for _, found in together for file in found.source.files]
+        shown = {self.uri(file.name): self._wrong(file, wrong) for file, wrong in files if file.name not in opened}
+        wrong = {uri for uri, each in shown.items() if each}
+        for uri in self.closed.get(spec, set()) - wrong:
+            if path_of(uri) not in opened:
+                self._show(uri, [])
+        for uri in wrong:
+            self._show(uri, shown[uri])
+        self.closed[spec] = wrong
+
+    def _wrong(self, file: Source, mistakes: Sequence[Diagnostic]) -> list[types.Diagnostic]:
+        """Return what is wrong with a file; without mistakes, what checks find violated there."""
+        text = self.text_of(file)
+        if mistakes:
+            return [convert.mistake(text, each) for each in mistakes]
+        told = [each for of in self.told.values() for each in of if each.violated and each.file == file.name]
+        return [convert.finding(text, each) for each in told]
+
+    def _show(self, uri: str, shown: list[types.Diagnostic], version: int | None = None) -> None:
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
 
     # ---- questions ----
 
@@ -229,7 +256,7 @@ def make() -> SpecServer:
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
-        server.closed(params.text_document.uri)
+        await server.close(params.text_document.uri)
 
     _names(server)
     _changes(server)

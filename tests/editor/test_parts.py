@@ -78,6 +78,14 @@ def test_mistakes_of_a_part_that_is_not_open_are_told_and_forgotten(editor: Edit
     editor.versions.pop(arm)
 
 
+def test_what_was_not_saved_is_forgotten_with_its_document(editor: Editor, both: tuple[str, str]) -> None:
+    spec, arm = both
+    editor.change(arm, ARM.replace("home()", "rest()"))
+    assert editor.diagnostics(spec, bool)
+    editor.close(arm)
+    assert editor.diagnostics(spec, lambda told: not told) == []
+
+
 def test_definition_and_references_go_across_files(editor: Editor, both: tuple[str, str]) -> None:
     spec, arm = both
     params = types.DefinitionParams(at(spec), place(SPEC, "arm.home", 5))
@@ -140,3 +148,15 @@ def test_findings_stand_in_the_part_as_the_editor_has_it(folder: Path) -> None:
     assert {(each.code, start(each)) for each in found} >= {("reachability", (4, 12))}
     assert editor.diagnostics(spec) == [] or all(each.code != "reachability" for each in editor.diagnostics(spec))
     editor.stop()
+
+
+def test_findings_stand_in_a_part_that_is_not_open(folder: Path) -> None:
+    (folder / "parts" / "arm.exo").write_text(DEAF, encoding="utf-8")
+    editor = Editor(folder, seconds=60.0)
+    arm = editor.uri("parts/arm.exo")
+    editor.versions[arm] = None  # the server has no number of it
+    editor.open("demo.exo", SPEC)
+    found = editor.diagnostics(arm, bool)
+    assert {(each.code, start(each)) for each in found} >= {("reachability", (4, 12))}
+    editor.stop()
+    (folder / "parts" / "arm.exo").write_text(ARM, encoding="utf-8")

@@ -333,6 +333,26 @@ def test_a_property_is_checked_as_it_is_typed(checking: Editor, folder: Path) ->
     checking.close(uri)
 
 
+def test_what_is_wrong_with_a_properties_file_is_told_though_it_is_not_open(checking: Editor, folder: Path) -> None:
+    (folder / "shut.prop").write_text("for shut;\nproperty p: never actve(m.a);\n")
+    prop, text = checking.uri("shut.prop"), SMALL.replace("small", "shut")
+    checking.versions[prop] = None  # the server has no number of it
+    (folder / "shut.exo").write_text(text)
+    uri = checking.open("shut.exo", text)
+    (found,) = checking.diagnostics(prop, bool)
+    assert (str(found.code)[:2], found.range.start.line) == ("E1", 1)
+    (folder / "shut.prop").write_text("for shut;\n\nproperty p: never active(m.a);\n")
+    checking.change(uri, text + "\n")
+    (found,) = checking.diagnostics(prop, lambda each: any(one.code == "property" for one in each))
+    assert found.severity == types.DiagnosticSeverity.Error and found.range.start == types.Position(2, 9)
+    checking.change(uri, text + "\n\nmutex ;")
+    assert checking.diagnostics(prop, lambda each: not each) == []
+    checking.change(uri, text)
+    assert checking.diagnostics(prop, bool)
+    checking.close(uri)
+    assert checking.diagnostics(prop, lambda each: not each) == []
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_the_server_though_the_editor_keeps_the_pipe(number: int, status: int) -> None:
