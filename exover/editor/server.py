@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import TypeVar
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams, PyglsError
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
@@ -26,6 +26,7 @@ from exover.editor.files import Files
 from exover.editor.findings import Told, findings
 from exover.editor.hover import hover
 from exover.editor.includes import included_at
+from exover.editor.protocol import SpecProtocol, unreadable
 from exover.editor.rename import RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, PositionEncoding
@@ -46,7 +47,7 @@ class SpecServer(LanguageServer):
     """Answers an editor; one for each process."""
 
     def __init__(self) -> None:
-        super().__init__("exover", __version__, types.TextDocumentSyncKind.Full)
+        super().__init__("exover", __version__, types.TextDocumentSyncKind.Full, protocol_cls=SpecProtocol)
         self.files = Files()
         self.seconds = SECONDS
         self.told: dict[str, list[Told]] = {}
@@ -55,6 +56,14 @@ class SpecServer(LanguageServer):
         """The files that are not open of which something is told, by the spec that they go with."""
         self.refreshes: dict[str, asyncio.Task[None]] = {}
         self.reader = ThreadPoolExecutor(1, "reader")
+
+    def report_server_error(self, error: Exception, source: type[PyglsError | JsonRpcException]) -> None:
+        """Answer what is no JSON with an error; tell the user of a fault in what was to be done without an answer."""
+        refused = unreadable(error) if source is JsonRpcException else None
+        if refused and isinstance(self.protocol, SpecProtocol):
+            self.protocol.refuse(refused)
+        else:
+            super().report_server_error(error, source)
 
     # ---- texts ----
 

@@ -1,0 +1,98 @@
+"""Messages of an editor: every request has an answer, and what is no message has an error, as LSP 3.17 says."""
+
+from typing import Any
+
+from lsprotocol import types
+from pygls.exceptions import (
+    JsonRpcException,
+    JsonRpcInvalidParams,
+    JsonRpcInvalidRequest,
+    JsonRpcParseError,
+    JsonRpcServerNotInitialized,
+)
+from pygls.protocol import LanguageServerProtocol
+
+from exover.dataclass import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedMessage:
+    """A message that cannot be read. `number` is the one that its answer bears; None if none is known.
+
+    Nobody waits for an answer to what is no request, unless nothing is known of it (`answered`).
+    """
+
+    error: JsonRpcException
+    number: int | str | None = None
+    answered: bool = True
+
+
+class SpecProtocol(LanguageServerProtocol):
+    """What pygls makes of messages, but that no request stays open and no notification is told to the user."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        """Return a message as a value, or `RefusedMessage`; what is none, as each object in one, as it is."""
+        if "jsonrpc" not in data:
+            return data
+        number, asked = _number(data), "id" in data
+        if "method" not in data:
+            asked = asked and not data.keys() & {"result", "error"}
+        elif asked and number is None:
+            return RefusedMessage(JsonRpcInvalidRequest("`id` is no number and no string"))
+        try:
+            return super().structure_message(data if "method" not in data else {"params": None, **data})
+        except JsonRpcException as error:
+            understood = isinstance(error, JsonRpcInvalidParams) and "method" in data
+            return RefusedMessage(error if understood else JsonRpcInvalidRequest(), number, asked)
+
+    def handle_message(self, message: Any) -> None:
+        """Answer a message; refuse it where it cannot be read, or comes before `initialize` or after `shutdown`."""
+        refused = message if isinstance(message, RefusedMessage) else self._refused(message)
+        if refused is None:
+            super().handle_message(message)
+        elif refused.answered:
+            self.refuse(refused)
+
+    def refuse(self, refused: RefusedMessage) -> None:
+        """Answer a message with an error."""
+        error = refused.error.to_response_error()
+        self._send_data({"jsonrpc": self.VERSION, "id": refused.number, "error": error})
+
+    def _refused(self, message: Any) -> RefusedMessage | None:
+        """Return why a message is not answered; None if it is."""
+        if not hasattr(message, "jsonrpc"):
+            return RefusedMessage(JsonRpcInvalidRequest("no message of JSON-RPC 2.0"), _number(message))
+        method, number = getattr(message, "method", ""), getattr(message, "id", None)
+        fault = self._fault(message, method)
+        return RefusedMessage(fault, number, bool(method) and number is not None) if fault else None
+
+    def _fault(self, message: Any, method: str) -> JsonRpcException | None:
+        if message.jsonrpc != self.VERSION:
+            return JsonRpcInvalidRequest("`jsonrpc` is not 2.0")
+        if method == types.EXIT or not method:
+            return None
+        if self._workspace is None and method != types.INITIALIZE:
+            return JsonRpcServerNotInitialized("`initialize` comes first")
+        if self._workspace is not None and method == types.INITIALIZE:
+            return JsonRpcInvalidRequest("`initialize` comes once")
+        if self._shutdown:
+            return JsonRpcInvalidRequest("nothing but `exit` comes after `shutdown`")
+        if (
+            method == types.TEXT_DOCUMENT_DID_CHANGE
+            and message.params.text_document.uri not in self.workspace.text_documents
+        ):
+            return JsonRpcInvalidParams("the document is not open")
+        return None
+
+
+def _number(message: Any) -> int | str | None:
+    """Return the number by which the answer to a message is known, if it has one."""
+    number = message.get("id") if isinstance(message, dict) else None
+    return number if isinstance(number, int | str) else None
+
+
+def unreadable(error: Exception) -> RefusedMessage | None:
+    """Return the refusal of what is no JSON at all, by the error that says so; None of another error."""
+    if isinstance(error, ValueError | RecursionError):
+        return RefusedMessage(JsonRpcParseError("no JSON in UTF-8"))
+    return None
