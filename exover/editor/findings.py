@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Literal
 
 from exover.dataclass import dataclass
 from exover.editor.text import EditorText
+from exover.engines.scratch import Scratch
 from exover.source import Source
 from exover.syntax.includes import Gathered, one_text, original
 
@@ -41,18 +41,22 @@ async def findings(spec: Gathered, properties: Source | None, seconds: float) ->
 
     The command reads it as one text, as it is in the editor, and what it says is led back to the files.
 
-    Sources are called by their paths. If it is cancelled, the process and what it has started are ended.
+    Sources are called by their paths. If it is cancelled, the process and what it has started are ended, and their
+    temporary files, which stand in a folder of ours, removed.
     """
-    with TemporaryDirectory(prefix="exover-") as folder:
+    with Scratch() as scratch:
+        if not scratch.folder:
+            return []
         command = [sys.executable, "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
         names = {}
         if properties:
-            file = Path(folder, "editor.prop")
+            file = Path(scratch.folder, "editor.prop")
             file.write_text(properties.text, encoding="utf-8", newline="")
             names[str(file)] = properties.name
             command += ["--properties", str(file)]
         text, here = one_text(spec), Path(spec.source.name).parent
-        printed = await _printed([*command, f"--timeout={seconds}"], text, here, seconds + GRACE)
+        kept = os.environ | {"TMPDIR": scratch.folder}
+        printed = await _printed([*command, f"--timeout={seconds}"], text, here, kept, seconds + GRACE)
     return [_led_back(spec, text, each) for each in _told(names, printed)]
 
 
@@ -64,11 +68,11 @@ def _led_back(spec: Gathered, text: str, told: Told) -> Told:
     return replace(told, **spec.source.place(original(spec, offset))._asdict())
 
 
-async def _printed(command: list[str], text: str, here: Path, seconds: float) -> bytes:
+async def _printed(command: list[str], text: str, here: Path, environment: Mapping[str, str], seconds: float) -> bytes:
     """Return what a command prints that reads a text, in a folder; nothing if it takes longer."""
     pipe, nowhere = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
     process = await asyncio.create_subprocess_exec(
-        *command, stdin=pipe, stdout=pipe, stderr=nowhere, cwd=here, start_new_session=True
+        *command, stdin=pipe, stdout=pipe, stderr=nowhere, cwd=here, env=environment, start_new_session=True
     )
     try:
         printed, _ = await asyncio.wait_for(process.communicate(text.encode()), seconds)
@@ -77,6 +81,7 @@ async def _printed(command: list[str], text: str, here: Path, seconds: float) ->
     finally:
         if process.returncode is None:
             _kill(process)
+            await process.wait()
     return printed
 
 

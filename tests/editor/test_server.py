@@ -390,7 +390,10 @@ def test_a_signal_is_heard_though_the_main_thread_goes_on_waiting() -> None:
     ended_by(signalled, 143)
 
 
-def test_a_check_that_goes_on_is_ended_with_the_session(folder: Path) -> None:
+def test_a_check_that_goes_on_is_ended_with_the_session(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     if not Path("/proc").is_dir() or not hasattr(signal, "SIGKILL"):
         pytest.skip("no /proc to look at")
     shutil.copy(ROOT / "tests" / "specs" / "lab_automation.exo", folder / "lab_automation.exo")
@@ -398,11 +401,12 @@ def test_a_check_that_goes_on_is_ended_with_the_session(folder: Path) -> None:
     text = (folder / "lab_automation.exo").read_text(encoding="utf-8")
     uri = editor.open("lab_automation.exo", text)
     editor.diagnostics(uri)
-    first = watched(editor, bool)
+    first = watched(editor, lambda each: each and len(list(tmp_path.rglob("exover-*"))) > 1)  # its own files, and ours
     editor.change(uri, text + "\n")
     watched(editor, lambda each: not set(first) & set(each))
     editor.stop()
     watched(editor, lambda each: not each)
+    assert list(tmp_path.iterdir()) == []
 
 
 def watched(editor: Editor, wanted: object) -> list[int]:
