@@ -13,7 +13,7 @@ from exover.editor.fixes import fix
 from exover.editor.hover import declaration
 from exover.editor.symbols import SpecSymbol, SymbolSort
 from exover.editor.text import EditorText, PositionEncoding
-from exover.source import Span
+from exover.source import Source, Span
 from exover.syntax import tree
 
 SEVERITIES = {
@@ -92,9 +92,9 @@ def completion(analyses: list[TextAnalysis], each: Proposal) -> types.Completion
     )
 
 
-def action(text: EditorText, uri: str, found: Diagnostic) -> types.CodeAction | None:
-    """Return the change that mends a mistake, if there is one."""
-    mended = fix(found)
+def action(text: EditorText, uri: str, source: Source, found: Diagnostic) -> types.CodeAction | None:
+    """Return the change that mends a mistake of a text, if there is one."""
+    mended = fix(found, source)
     if mended is None:
         return None
     edit = types.TextEdit(range_of(text, mended.span), mended.text)

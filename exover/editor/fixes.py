@@ -4,10 +4,12 @@ import re
 
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
-from exover.source import Span
+from exover.source import Source, Span
 
-_MEANT = re.compile(r"did you mean `([^`…]+)`\?\Z|write `(?![^`]*[A-Z]{2})([^`…]+)`\Z")
-"""Advice that is one change; what stands for something else, as `CONDITION` does, is none."""
+_MEANT = re.compile(r"did you mean `([^`…]+)`\?\Z|write `(?![^`]*(?:[A-Z]{2}|\b[a-z]\b))([^`…]+)`\Z")
+"""Advice that is one change; what stands for something else, as `CONDITION` and `a` do, is none."""
+_SIGNS = frozenset("<>=")
+"""Of these, other languages make signs of which the mistake is told of one: `<>`, `=<`, `=>`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +21,28 @@ class Fix:
     text: str
 
 
-def fix(diagnostic: Diagnostic) -> Fix | None:
-    """Return what mends a mistake; None if no single change is known to."""
+def fix(diagnostic: Diagnostic, source: Source) -> Fix | None:
+    """Return what mends a mistake of a text; None if no single change is known to."""
     if diagnostic.span is None:
         return None
     if diagnostic.code == "E107":
         return Fix("insert `;`", Span(diagnostic.span.start, diagnostic.span.start), ";")
     meant = _MEANT.search(diagnostic.help)
-    text = (meant[1] or meant[2]) if meant else ""
-    return Fix(f"replace with `{text}`", diagnostic.span, text) if text else None
+    if meant is None:
+        return None
+    text, span = meant[1] or meant[2], diagnostic.span
+    if source.slice(span) in _SIGNS:
+        span = _sign(source, span)
+        if span == diagnostic.span:  # the sign is parted by blanks
+            return None
+    return Fix(f"replace with `{text}`", span, text)
+
+
+def _sign(source: Source, span: Span) -> Span:
+    """Return the signs that stand around one, without a blank between them."""
+    text, start, end = source.text, span.start - source.base, span.end - source.base
+    while start > 0 and text[start - 1] in _SIGNS:
+        start -= 1
+    while end < len(text) and text[end] in _SIGNS:
+        end += 1
+    return Span(source.base + start, source.base + end)

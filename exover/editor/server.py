@@ -362,5 +362,5 @@ def _changes(server: SpecServer) -> None:
         def touched(each: Diagnostic) -> bool:
             return each.span is not None and each.span.start <= end and start <= each.span.end
 
-        actions = (convert.action(text, uri, each) for each in found.mistakes if touched(each))
+        actions = (convert.action(text, uri, found.document, each) for each in found.mistakes if touched(each))
         return [each for each in actions if each is not None]

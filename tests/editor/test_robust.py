@@ -56,7 +56,7 @@ def asked(found: TextAnalysis, spec: TextAnalysis | None, random: Random) -> Non
     outline(text, found)
     for each in found.diagnostics:
         mistake(text, each)
-        action(text, "file:///a.exo", each)
+        action(text, "file:///a.exo", found.source, each)
     for _ in range(5):
         offset = random.randrange(len(found.source.text) + 1)
         hover(found, offset, spec)

@@ -124,5 +124,5 @@ def test_lines_end_as_the_protocol_has_it() -> None:
     ],
 )
 def test_only_one_clear_change_is_offered(found: Diagnostic, text: str | None) -> None:
-    mended = fix(found)
+    mended = fix(found, Source("a.exo", "a b c"))
     assert (mended and mended.text) == text
