@@ -9,7 +9,7 @@ from exover.editor.findings import Told
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
-from exover.model.wording import condition_text, remedy_text
+from exover.model.wording import condition_text, remedy_text, value_text
 from exover.source import Source, Span
 from exover.syntax import tree
 
@@ -135,7 +135,8 @@ def _rule(each: Rule | Guard | Launch) -> str:
             word = "check" if each.kind == "check" else f"{each.kind} until"
             return f"`{each.name}`: `{word} {condition_text(each.condition)}`"
         case Launch():
-            return f"`{each.name}`: `launch {each.request} when {condition_text(each.condition)}`"
+            values = ", ".join(map(value_text, each.args))
+            return f"`{each.name}`: `launch {each.request}({values}) when {condition_text(each.condition)}`"
         case Rule():
             remedies = " or ".join(map(remedy_text, each.remedies))
             slot = f"a slot of {each.slot_of} active and " if each.slot_of else ""

@@ -80,6 +80,8 @@ def test_hover_tells_types_rules_and_what_shorthand_means(editor: Editor, rover:
     assert "request `nd.stop`" in told and "request stop()" in told and "- `drive`" in told
     told = hovered(editor, rover, place(ROVER, "mutex drive"))
     assert "- `drive`: `forbid active(nd.stop) and active(nd.goto) by kill nd.goto`" in told
+    told = hovered(editor, rover, place(ROVER, "launch go_home"))
+    assert "`go_home`: `launch arm.move(base) when " in told
     told = hovered(editor, rover, place(ROVER, "after pom"))
     assert "- `nd.goto.after.pom.localize`: `check past(pom.localize)`" in told
     assert hovered(editor, rover, types.Position(0, 0)) == ""
