@@ -29,7 +29,7 @@ from exover.editor.includes import included_at
 from exover.editor.protocol import SpecProtocol, unreadable
 from exover.editor.rename import RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
-from exover.editor.text import EditorText, PositionEncoding
+from exover.editor.text import EditorText, PositionEncoding, without_mark
 from exover.places import SPEC
 from exover.source import Source, Span
 from exover.syntax.layout import formatted, start_of
@@ -102,7 +102,7 @@ class SpecServer(LanguageServer):
         """Take the newest text, and tell what is wrong with it as soon as that is known."""
         path = path_of(uri)
         self._forget(path)
-        self.reader.submit(self.files.put, path, text, version)
+        self.reader.submit(self.files.put, path, without_mark(text, self.encoding), version)
         self._begin(uri)
 
     def _forget(self, path: str) -> None:

@@ -14,6 +14,13 @@ Place = tuple[int, int]
 _END_OF_LINE = re.compile(r"\r\n|\n|\r")
 _BYTES = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
 _CODECS = {"utf-8": "utf-8", "utf-16": "utf-16-le", "utf-32": "utf-32-le"}
+_MARK = "\ufeff"
+
+
+def without_mark(text: str, encoding: PositionEncoding) -> str:
+    """Return a text with blanks in the place of the byte order mark that it may begin with, as wide as that is."""
+    width = len(_MARK.encode(_CODECS[encoding])) // _BYTES[encoding]
+    return " " * width + text[1:] if text.startswith(_MARK) else text
 
 
 @dataclass(frozen=True)

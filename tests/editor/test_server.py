@@ -200,6 +200,10 @@ def test_places_count_the_units_of_the_client(folder: Path, encoding: str) -> No
         codec = {"utf-16": "utf-16-le", "utf-32": "utf-32-le"}.get(encoding, encoding)
         start = len(line[: line.index("bol")].encode(codec)) // units
         assert found.range == types.Range(types.Position(1, start), types.Position(1, start + 3))
+        editor.change(uri, "\ufeffspec s; poster p: bol = true;")
+        (found,) = editor.diagnostics(uri, bool)
+        start = len("\ufeffspec s; poster p: ".encode(codec)) // units
+        assert found.range == types.Range(types.Position(0, start), types.Position(0, start + 3))
     finally:
         editor.stop()
 
