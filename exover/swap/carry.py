@@ -82,7 +82,7 @@ class Carry:
                 becomes = None
             case CarriedPhase(request) | Argument(request) if request in self.changed:
                 becomes = None
-            case Argument(request, _, name):
+            case Argument(request, _, name) if request in self.old.model.request:
                 becomes = _becomes(
                     _param(self.old.model, request, name).type, _param(self.new.model, request, name).type
                 )
@@ -102,12 +102,13 @@ class Carry:
 
     def _reading(self, name: str, how: str) -> tuple[RecordField, tuple[int, ...] | None]:
         source = CarriedReading(name, how)
-        old, new = _type(self.old.model, name), _type(self.new.model, name)
-        if how == "unread" or old is None or new is None:
+        old, new = _kind(self.old.model, name), _kind(self.new.model, name)
+        if how == "unread" or old is None or new is None or old[0] != new[0]:
             return source, None
-        if isinstance(old, Real) and isinstance(new, Real) and how == "rank":
-            return source, _ranks(self._cuts(self.old, name), self._cuts(self.new, name))
-        return source, _becomes(old, new)
+        becomes = _becomes(old[1], new[1])
+        if becomes is not None and how == "rank":
+            becomes = _ranks(self._cuts(self.old, name), self._cuts(self.new, name))
+        return source, becomes
 
     @staticmethod
     def _cuts(compiled: Compiled, name: str) -> tuple[float, ...]:
@@ -139,10 +140,11 @@ def _param(model: Model, request: str, name: str) -> Parameter:
     return found
 
 
-def _type(model: Model, name: str) -> Type | None:
+def _kind(model: Model, name: str) -> tuple[str, Type] | None:
+    """Return whether a poster, a state or a latch has this name, and its type."""
     if name in model.variable:
-        return model.variable[name].type
-    return Bool() if any(latch.name == name for latch in model.latches) else None
+        return model.variable[name].kind, model.variable[name].type
+    return ("latch", Bool()) if any(latch.name == name for latch in model.latches) else None
 
 
 def _within(old: Type, new: Type) -> bool:

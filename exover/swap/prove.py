@@ -9,7 +9,7 @@ from exover.model.model import Rule
 from exover.model.property import Property
 from exover.swap.carry import Carry
 from exover.swap.proof import Obligations
-from exover.swap.record import CarriedLevel, CarriedPast, CarriedReading, RecordField
+from exover.swap.record import CarriedLast, CarriedLevel, CarriedPast, CarriedReading, RecordField
 
 AskProperties = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
 """What is known of properties of OLD, by their names."""
@@ -103,6 +103,8 @@ def _matters(number: RecordField, carry: Carry) -> bool:
             return how != "unread" and all(latch.name != name for latch in carry.new.model.latches)
         case CarriedLevel(_, kept):
             return kept
+        case CarriedLast(request, kept):
+            return kept and request in carry.old.model.request
         case CarriedPast(request, _):
             return request in carry.old.model.request
         case _:
@@ -115,6 +117,8 @@ def _called(number: RecordField) -> str:
             return name
         case CarriedLevel(resource):
             return resource
+        case CarriedLast(request):
+            return f"last({request})"
         case CarriedPast(request):
             return f"past({request})"
         case _:

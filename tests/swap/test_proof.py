@@ -1,34 +1,83 @@
 """What `exover swap` proves is true of random runs of OLD: no rule of NEW is broken once the named have ended."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
+from random import Random
+from typing import TypeVar
 
 import pytest
 
+from exover.model.evaluate import holds
 from exover.model.model import Model
 from exover.model.semantics import Reference
-from exover.model.state import State
+from exover.model.state import State, resting
+from exover.model.types import Real
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
-from exover.pipeline import build, swap
+from exover.pipeline import Build, build, load, swap
+from exover.source import Source
+from exover.swap.carry import Carry
 from exover.swap.prove import SwapAnswer
+from exover.swap.record import CarriedReading, Refusal
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.fuzz import spec_of
+from tests.support.generate import random_spec
 from tests.support.proving import proved
+from tests.support.small import SIZES
 
+T = TypeVar("T")
 SEEDS = (0, 2, 5, 13, 21, 34)
+PAIRS = (1, 4, 8, 9, 10, 19, 24, 31, 37, 39)
+"""Seeds of pairs of small specs, of which one lacks what the other has."""
+
+
+@cache
+def with_and_without(seed: int) -> tuple[Build, Build]:
+    """Return a small spec, and what is left of it once some of its lines are gone; whether it is right is not asked."""
+    random = Random(seed)
+    size = replace(SIZES[seed % len(SIZES)], launches=2, latches=2, readings=3, resources=2)
+    lines = random_spec(seed, size).splitlines()
+    gone = random.choice(model_of("\n".join(lines)).requests).name
+    left = [line for line in lines if gone not in line]
+    at = next(number for number, line in enumerate(left) if line.startswith(f"    request {gone.partition('.')[2]}("))
+    del left[at : left.index("    }", at) + 1 if left[at].endswith("{") else at + 1]
+    if not load(Source("left.exo", "\n".join(left))).model:
+        left = lines
+    for _ in range(30):
+        at = random.randrange(1, len(left))
+        fewer = [*left[:at], *left[at + random.randint(1, 6) :]]
+        if load(Source("left.exo", "\n".join(fewer))).model:
+            left = fewer
+    whole, part = (build(model_of("\n".join(each)), unchecked=True) for each in (lines, left))
+    return whole, part
 
 
 def carried(state: State, answer: SwapAnswer, new: Model) -> State:
-    """Return the state with what NEW starts with in place of what OLD does not remember."""
-    for name in answer.forgotten:
-        if name in new.variable:
-            state = state.with_reading(name, new.variable[name].initial)
-        elif name in new.resource:
-            state = state.with_level(name, new.resource[name].initial)
-        else:
-            state = state.with_past(name.removeprefix("past(").removesuffix(")"), None)
-    return state
+    """Return a state of OLD as one of NEW: what has the same name, and what NEW starts with in place of what is new
+    or said to start anew. What has to end has ended.
+    """
+    fresh = resting(new)
+    gone = {*answer.ended, *answer.forgotten}
+
+    def kept(mine: Mapping[str, T], start: Mapping[str, T], called: str = "{}") -> dict[str, T]:
+        return {name: start[name] if called.format(name) in gone else mine.get(name, start[name]) for name in start}
+
+    slots = {name: (*kept(state.slots, fresh.slots)[name], *idle)[: len(idle)] for name, idle in fresh.slots.items()}
+    found = State(
+        slots,
+        kept(state.places, fresh.places),
+        kept(state.past, fresh.past, "past({})"),
+        kept(state.last, fresh.last, "last({})"),
+        kept(state.readings, fresh.readings),
+        kept(state.levels, fresh.levels),
+        frozenset((name, at) for name, each in slots.items() for at, slot in enumerate(each) if slot),
+    )
+    for latch in new.latches:
+        if holds(new, found, latch.condition):
+            found = found.with_reading(latch.name, True)
+    return found
 
 
 def broken(new: Model, state: State) -> list[str]:
@@ -57,6 +106,70 @@ def test_no_state_of_old_breaks_a_rule_of_new(seed: int) -> None:
         wrong = [name for name in broken(new, state) if name not in answer.open] if idle else []
         assert wrong == [], stream.state
     assert looked > 0
+
+
+@pytest.mark.parametrize("seed", PAIRS)
+@pytest.mark.parametrize("grows", [True, False], ids=["more", "less"])
+def test_what_one_version_alone_has_is_carried_nowhere(seed: int, grows: bool) -> None:
+    """What both have is carried over, the rest is not, and no state of OLD breaks a rule of NEW."""
+    new, old = with_and_without(seed)[:: 1 if grows else -1]
+    carry = Carry(old.compiled, new.compiled)
+    known = list(carry.before)
+    for number in carry.after:
+        way = carry.way(number)
+        if way is not None:
+            assert known[way[0]] == number
+        elif number in carry.before and not isinstance(number, Refusal):
+            otherwise = isinstance(number, CarriedReading) and isinstance(_type(new.model, number.name), Real)
+            unread = isinstance(number, CarriedReading) and number.how == "unread"
+            assert otherwise or unread or getattr(number, "request", None) in carry.changed, number
+    _, answer = swap(old, new, proved(old))
+    stream = Stream(old.model, seed)
+    for _ in stream.lines(200):
+        if not any(slot for name in answer.ended for slot in stream.state.slots[name]):
+            state = carried(stream.state, answer, new.model)
+            assert set(broken(new.model, state)) <= set(answer.open), stream.state
+
+
+def test_the_pairs_have_everything_that_one_alone_can_have() -> None:
+    lacking = set()
+    for whole, part in map(with_and_without, PAIRS):
+        one, other = whole.model, part.model
+        for kind in ("requests", "variables", "latches", "resources", "rules", "launches"):
+            names = {each.name for each in getattr(other, kind)}
+            lacking |= {kind for each in getattr(one, kind) if each.name not in names}
+        alone = [request for request in one.requests if request.name not in other.request]
+        lacking |= {kind for kind in ("params", "results", "statuses") if any(getattr(r, kind) for r in alone)}
+    assert lacking == {
+        *("requests", "params", "results", "statuses"),
+        *("variables", "latches", "resources", "rules", "launches"),
+    }
+
+
+def test_what_is_of_another_kind_starts_anew() -> None:
+    """A state, a poster and a latch of one name are not the same."""
+    words = ("module m { state s: bool = true; ", "module m { poster s: bool = true; ")
+    rest = "request a() { check s; %s } request b(); }"
+    texts = [word + rest % effect for word, effect in zip(words, ("on launch set s = false;", ""), strict=True)]
+    texts += ["poster p: bool = true; latch s: when p until m.a; module m { request a() { check s; } }"]
+    texts += ["poster s: bool = true; module m { request a() { check s; } }"]
+    builds = [build(model_of(f"spec s{n}; {text}"), unchecked=True) for n, text in enumerate(texts)]
+    for old, new, name in ((0, 1, "m.s"), (1, 0, "m.s"), (2, 3, "s"), (3, 2, "s")):
+        carry = Carry(builds[old].compiled, builds[new].compiled)
+        assert not carry.remembers(CarriedReading(name, "ordinal"))
+
+
+def test_an_end_that_old_does_not_remember_is_told() -> None:
+    old, new = (
+        build(model_of(f"spec s; module m {{ request a(); request b() {{ {guard} }} }}"))
+        for guard in ("", "check last(m.a) == none;")
+    )
+    _, answer = swap(old, new, proved(old))
+    assert answer.forgotten == ("last(m.a)",)
+
+
+def _type(model: Model, name: str) -> object:
+    return model.variable[name].type if name in model.variable else None
 
 
 def test_requests_that_are_named_are_needed() -> None:
