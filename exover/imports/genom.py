@@ -23,6 +23,18 @@ from exover.imports.preprocess import Preprocessed
 from exover.syntax.lex import RESERVED
 
 ALL = "all"
+WRITTEN_FREELY = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "STRING": "a text",
+    "CHAR": "a character",
+    "ROOT": "`::`",
+    "CODELS_REQUIRE": "`codels-require`",
+    "CLOCK_RATE": "`clock-rate`",
+}
+"""What the terminals of the grammar that are patterns are called."""
+MOST_EXPECTED = 6
+"""How much of what could stand at a place is told."""
 
 
 @dataclass(slots=True)
@@ -83,9 +95,12 @@ def _parsed(given: Preprocessed) -> ParseTree:
 
 
 def _expected(error: UnexpectedToken) -> str:
-    words = sorted(_grammar().get_terminal(name).pattern.value for name in error.accepts or () if name != "$END")
-    shown = [f"`{word}`" for word in words if word.isalpha() or len(word) == 1][:6]
-    return f"expected {', '.join(shown)}" if shown else "something else is expected"
+    """Return what could stand there, what is written in no one way first."""
+    accepts = {name for name in error.accepts or () if name != "$END"}
+    words = sorted(_grammar().get_terminal(name).pattern.value for name in accepts - WRITTEN_FREELY.keys())
+    kinds = [kind for name, kind in WRITTEN_FREELY.items() if name in accepts]
+    shown = [*dict.fromkeys(kinds), *(f"`{word}`" for word in words)]
+    return f"expected {', '.join(shown[:MOST_EXPECTED])}{', …' * (len(shown) > MOST_EXPECTED)}"
 
 
 class _Importer:

@@ -83,13 +83,13 @@ class PartText:
 
     def fields(self, fields: Iterable[ImportedField], taken: Iterable[str] = ()) -> str:
         """Return parameters or results as the list of a request has them; those without a type are left out."""
-        known = frozenset(taken)
+        known = frozenset(map(spelt, taken))
         shown = []
         for each in fields:
-            name = self.name(each.name, each.place)
-            if name in known:
-                self.leave_open(each.place, f"`{name}` goes in and comes out: what comes out is left out")
+            if spelt(each.name) in known:
+                self.leave_open(each.place, f"`{spelt(each.name)}` goes in and comes out: what comes out is left out")
                 continue
+            name = self.name(each.name, each.place)
             if kind := self.kind(name, each):
                 shown.append(f"{name}: {kind}")
         return ", ".join(shown)

@@ -13,6 +13,7 @@ from exover.source import Source
 SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "response"), ".msg": ("message",)}
 """What a file consists of, by its suffix."""
 UNKNOWN_PACKAGE = "ros"
+NO_DEFINITION = "this is no definition of ROS"
 RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 """What stands between two sections."""
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
@@ -30,6 +31,11 @@ _INTEGERS = {
     "uint64": (0, 2**63 - 1),
 }
 _REALS = {"float32", "float64"}
+_TEXTS = {"string", "wstring"}
+_VALUED = re.compile(r"^[ \t]*([^#@\s]\S*)[ \t]+([A-Za-z]\w*)[ \t]+([^=#\s].*)$", re.MULTILINE)
+"""A field with a default value: its type, its name, and what is behind."""
+_LOCAL = "section/msg/"
+"""The package of the messages that a file names without one."""
 
 
 class Definition(NamedTuple):
@@ -90,7 +96,7 @@ def _read(source: Source) -> Definition:
     texts = RULER.split(source.text)
     if len(texts) != len(names):
         rulers = len(names) - 1
-        raise UnreadableDescription(source.name, f"it has {len(texts) - 1} lines `---`, and {path.suffix} has {rulers}")
+        raise UnreadableDescription(source.name, f"it has {_lines(len(texts) - 1)}, and {path.suffix} has {rulers}")
     sections, constants, line = {}, [], 1
     for name, text in zip(names, texts, strict=True):
         sections[name], found = _section(source, text, line)
@@ -102,9 +108,13 @@ def _read(source: Source) -> Definition:
 def _section(source: Source, text: str, line: int) -> tuple[tuple[ImportedField, ...], list[str]]:
     """Return the fields of a section that begins on a line, and its constants."""
     try:
-        ((constants, fields),) = get_types_from_msg(text, "exover/msg/Section").values()
+        ((constants, fields),) = get_types_from_msg(text, f"{_LOCAL}Section").values()
     except (TypesysError, ValueError) as error:
         raise UnreadableDescription(f"{source.name}:{line}", _first(error)) from error
+    for found in _VALUED.finditer(text):
+        if not _is_value(*found.group(1, 3)):
+            place = f"{source.name}:{line + text.count(chr(10), 0, found.start(1))}"
+            raise UnreadableDescription(place, f"{NO_DEFINITION}: `{found[3].strip()}` is no value of `{found[1]}`")
     return (
         tuple(_field(source, text, line, name, kind) for name, kind in fields),
         [f"{name} = {value}" for name, _, value in constants],
@@ -112,7 +122,26 @@ def _section(source: Source, text: str, line: int) -> tuple[tuple[ImportedField,
 
 
 def _first(error: Exception) -> str:
-    return f"this is no definition of ROS: {' '.join(str(error).split())}"
+    return f"{NO_DEFINITION}: {' '.join(str(error).split())}"
+
+
+def _lines(rulers: int) -> str:
+    return f"{rulers} line{'' if rulers == 1 else 's'} `---`"
+
+
+def _is_value(kind: str, text: str) -> bool:
+    """Return whether a text, a comment behind it apart, is a default value of a type; a message has none."""
+    value = text.partition("#")[0].strip().lower()
+    base = re.split(r"<|\[", kind)[0]
+    if "[" in kind:
+        return value.startswith("[")
+    if base == "bool":
+        return value in ("true", "false", "0", "1")
+    if base in _INTEGERS:
+        return re.fullmatch(r"[-+]?(\d+|0x[\da-f]+)", value, re.ASCII) is not None
+    if base in _REALS:
+        return re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", value, re.ASCII) is not None
+    return base in _TEXTS
 
 
 def _field(source: Source, text: str, line: int, name: str, kind: Any) -> ImportedField:
@@ -131,8 +160,10 @@ def _field(source: Source, text: str, line: int, name: str, kind: Any) -> Import
             )
         case "BASE", (base, _):
             return ImportedField(name, None, place, f"a {base}")
+        case "NAME", str(full) if full.removeprefix(_LOCAL) in _TEXTS:
+            return ImportedField(name, None, place, f"a {full.removeprefix(_LOCAL)}")
         case "NAME", _:
-            return ImportedField(name, None, place, f"a message `{what}`")
+            return ImportedField(name, None, place, f"a message `{what.removeprefix(_LOCAL)}`")
         case _:
             return ImportedField(name, None, place, "an array" if node.name == "ARRAY" else "a sequence")
 

@@ -103,12 +103,16 @@ def test_names(text: str, name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("x/srv/A.srv", "bool a\n", "x/srv/A.srv: it has 0 lines `---`"),
+        ("x/srv/A.srv", "bool a\n", "x/srv/A.srv: it has 0 lines `---`, and .srv has 1"),
         ("x/srv/A.srv", "---\n---\n", "x/srv/A.srv: it has 2 lines `---`"),
-        ("x/action/A.action", "---\n", "x/action/A.action: it has 1 lines `---`"),
+        ("x/action/A.action", "---\n", "x/action/A.action: it has 1 line `---`, and .action has 2"),
         ("x/msg/A.msg", "bool a\nbool a\n", "x/msg/A.msg"),
         ("x/msg/A.msg", "bool 3x\n", "x/msg/A.msg:1: this is no definition of ROS"),
         ("x/srv/A.srv", "bool a\n---\n?\n", "x/srv/A.srv:2: this is no definition of ROS"),
+        ("x/msg/A.msg", "bool x\na b c d\n", "x/msg/A.msg:2: this is no definition of ROS: `c d` is no value of `a`"),
+        ("x/msg/A.msg", "int32 b c # d\n", "x/msg/A.msg:1: this is no definition of ROS"),
+        ("x/msg/A.msg", "bool b 2\n", "x/msg/A.msg:1: this is no definition of ROS"),
+        ("x/msg/A.msg", "float64 b 1 2\n", "x/msg/A.msg:1: this is no definition of ROS"),
         ("x/msg/A.idl", "", "x/msg/A.idl: it is no file of ROS"),
     ],
 )
@@ -116,6 +120,40 @@ def test_what_is_no_definition_is_refused(name: str, text: str, said: str) -> No
     with pytest.raises(UnreadableDescription) as raised:
         imported((name, text))
     assert str(raised.value).startswith(said)
+
+
+def test_default_values_are_passed_over() -> None:
+    text = """bool a True # yes
+int8 b -0x10
+uint8 c 3
+float32 d -1.5e-3
+float64 e 2
+string f "x # y"
+string g no quotes
+string<=9 h 'x'
+int32[] i [1, 2]
+string[<=2] j ["a", "b"]
+"""
+    found = imported(("p/srv/A.srv", f"{text}---\n"))
+    assert "request a(a: bool, b: int in -128 .. 127, c: int in 0 .. 255, d: real, e: real);" in found.text
+
+
+def test_a_type_without_a_package_is_told_as_it_is_written() -> None:
+    found = imported(("p/srv/A.srv", "wstring w\nPose pose\ng/Pose far\n---\n"))
+    assert [each.text for each in found.remarks] == [
+        "`w` is left out: a wstring",
+        "`pose` is left out: a message `Pose`",
+        "`far` is left out: a message `g/msg/Pose`",
+    ]
+
+
+def test_a_word_of_exo_may_go_in_and_come_out() -> None:
+    found = imported(("p/srv/A.srv", "int8 with\n---\nint8 with\n"))
+    assert "request a(with_: int in -128 .. 127);" in found.text
+    assert [each.text for each in found.remarks] == [
+        "`with` is a word of exo, and is called `with_`",
+        "`with_` goes in and comes out: what comes out is left out",
+    ]
 
 
 def test_two_definitions_of_one_name_are_refused() -> None:
