@@ -8,11 +8,12 @@ from collections.abc import Iterable
 
 from exover.cli.files import load_spec, refuse_twice, shown
 from exover.cli.findings import chosen
-from exover.cli.simulate import lines_in, open_events
+from exover.cli.simulate import lines_in, no_event, open_events
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.diagnostics import did_you_mean
 from exover.manual import FILES, Page, page, pages
+from exover.model.explanation import Explanation
 from exover.model.model import Model
 from exover.pipeline import explain
 from exover.report import explanation as report
@@ -51,7 +52,10 @@ def _events(arguments: argparse.Namespace) -> ExitStatus:
     refuse_twice(arguments.spec, path)
     source, model = load_spec(arguments.spec)
     with open_events(path) as events:
-        return _print(arguments, source, model, lines_in(path, events), shown(path))
+        found = _print(arguments, source, model, lines_in(path, events), shown(path))
+    if not found.events:
+        raise no_event(path)
+    return ExitStatus.OK
 
 
 def _finding(arguments: argparse.Namespace) -> ExitStatus:
@@ -68,7 +72,8 @@ def _finding(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.format == "text":
         out(f"{recorded.title}: {recorded.message}\n")
     lines = [json.dumps(event).encode() for event, _ in recorded.moments[:step]]
-    return _print(arguments, source, model, lines, recorded.title)
+    _print(arguments, source, model, lines, recorded.title)
+    return ExitStatus.OK
 
 
 def _step(arguments: argparse.Namespace, recorded: Recorded) -> int:
@@ -83,12 +88,12 @@ def _step(arguments: argparse.Namespace, recorded: Recorded) -> int:
 
 def _print(
     arguments: argparse.Namespace, source: Source, model: Model, lines: Iterable[bytes], what: str
-) -> ExitStatus:
+) -> Explanation:
     found = explain(source, model, lines)
     if found is None:
         raise CliError(f"{what} holds no event to explain")
     out(report.render_json(model, found) if arguments.format == "json" else report.render_text(model, found))
-    return ExitStatus.OK
+    return found
 
 
 def _told(page: Page, form: str) -> str:

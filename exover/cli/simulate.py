@@ -31,7 +31,12 @@ def _answers(model: Model, chosen: Engine, path: str, stream: BinaryIO) -> Itera
     """Yield the answers to the lines of a stream; `CliError` at its end if none of them was an event."""
     events = yield from simulate(model, chosen, lines_in(path, stream))
     if not events:
-        raise CliError(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
+        raise no_event(path)
+
+
+def no_event(path: str) -> CliError:
+    """Return the refusal of a file of which no line is an event."""
+    return CliError(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
 
 
 def open_events(path: str) -> AbstractContextManager[BinaryIO]:

@@ -20,20 +20,21 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
     """
     reference = Reference(model)
     state = before = reference.start()
-    step, last = 0, None
+    step, events, last = 0, 0, None
     for line in lines:
         if not line.strip():
             continue
         step, before, last = step + 1, state, read_event(model, line)
+        events += not (isinstance(last, Invalid) and last.is_unread)
         if not isinstance(last, Invalid):
             state, _ = reference.step(state, last)
     if last is None:
         return None
     if isinstance(last, Invalid):
-        return Explanation(step, None, (last,), (_invalid(last),))
+        return Explanation(step, None, (last,), (_invalid(last),), events=events)
     fault = reference.validate(before, last)
     if fault:
-        return Explanation(step, last, (fault,), (_invalid(fault),))
+        return Explanation(step, last, (fault,), (_invalid(fault),), events=events)
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
     if actions and before.refused:
@@ -43,7 +44,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
     spoken = {verdict.rule for account in accounts for verdict in account.deciding}
     spoken |= {verdict.rule for account in accounts for verdict in account.others if verdict.demand != "nothing"}
     found = search(reference, before, last, sorted(spoken))
-    return Explanation(step, last, actions, accounts, found, unanswered)
+    return Explanation(step, last, actions, accounts, found, unanswered, events)
 
 
 def _invalid(fault: Invalid) -> Account:

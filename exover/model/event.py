@@ -135,5 +135,10 @@ class Invalid:
     code: str
     detail: str = ""
 
+    @property
+    def is_unread(self) -> bool:
+        """Whether there was no event at all, rather than one that is invalid."""
+        return self.code == "bad-event"
+
 
 Action = Launched | Waits | Rejected | Killed | Violated | Invalid

@@ -78,6 +78,7 @@ class Explanation:
 
     `search` is None where the event is invalid: it is to be written otherwise, and no state makes it right.
     `unanswered`: refusals of required launches beside the actions, for the reasons of the last step: not told again.
+    `events`: how many of the lines were events, be they invalid.
     """
 
     step: int
@@ -86,3 +87,4 @@ class Explanation:
     accounts: tuple[Account, ...]
     search: CounterfactualSearch | None = None
     unanswered: tuple[Action, ...] = ()
+    events: int = 1

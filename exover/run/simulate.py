@@ -47,7 +47,7 @@ def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Gene
     """
     events = 0
     for step, (event, actions) in enumerate(answers(model, engine, lines), 1):
-        events += not (isinstance(event, Invalid) and event.code == "bad-event")
+        events += not (isinstance(event, Invalid) and event.is_unread)
         yield answer_line(model, step, actions)
     return events
 

@@ -48,6 +48,13 @@ def test_an_invalid_last_event_is_an_answer_like_any_other(run, spec):
     assert json.loads(run("explain", spec, "--format", "json", input="\x1b\n").stdout)["search"] is None
 
 
+def test_a_file_of_no_events_is_refused(run, spec):
+    done = run("explain", spec, input='{\n "format": "nothing"\n}\n')
+    assert done.returncode == 2 and "step 3: an event that cannot be read" in done.stdout
+    assert done.stderr.startswith("exover: error: no line of <stdin> is an event: write one JSON object a line, as ")
+    assert run("explain", spec, input='{"ask": "nd.gogo"}\n').returncode == 0
+
+
 def test_no_event_at_all(run, spec):
     (spec.parent / "empty.jsonl").write_text("\n  \n")
     done = run("explain", spec, "--events", "empty.jsonl")
