@@ -3,6 +3,7 @@
 import argparse
 import os
 import re
+import shlex
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
@@ -36,7 +37,8 @@ def run(arguments: argparse.Namespace) -> ExitStatus:
     if there:
         raise CliError(f"nothing is written, for there is already {', '.join(there)}; give another folder")
     out("".join(f"{path}\n" for path in write_all(arguments.folder, artefacts)))
-    out(f"\nnext: exover check {paths[0]}\n")
+    spec = f"./{paths[0]}" if paths[0].startswith("-") else paths[0]
+    out(f"\nnext: exover check {shlex.quote(spec)}\n")
     return ExitStatus.OK
 
 

@@ -31,6 +31,14 @@ def test_what_it_writes_holds_and_nothing_is_odd(run: Run, tmp_path: Path) -> No
     assert run("fmt", "--check").returncode == 0
 
 
+@pytest.mark.parametrize("folder", ["-dash", "a b é", "it's"])
+def test_what_to_do_next_can_be_done(folder: str, run: Run) -> None:
+    ended = run("init", "--", folder)
+    (command,) = re.findall(r"^next: (exover .*)$", ended.stdout, re.MULTILINE)
+    checked = run(*shlex.split(command)[1:])
+    assert (checked.returncode, checked.stderr) == (0, "")
+
+
 def order(name: str) -> int:
     return [".exo", ".prop", ".jsonl", ".toml", ".yml"].index(Path(name).suffix)
 
