@@ -25,13 +25,18 @@ def run(arguments: argparse.Namespace) -> int:
     return ExitStatus.OK
 
 
+def pages() -> dict[str, Path]:
+    """Return where the pages are, by name, in the order of the names."""
+    return {path.stem: path for path in sorted(FOLDER.glob(f"*{SUFFIX}"))}
+
+
 def _path(page: str) -> Path:
     """Return where a page is, by its name with or without the suffix; `CliError` if there is none."""
-    pages = {path.stem: path for path in FOLDER.glob(f"*{SUFFIX}")}
-    if FIRST not in pages:
+    found = pages()
+    if FIRST not in found:
         raise CliError(f"the pages are not installed: {FOLDER} holds none")
     name = page.removesuffix(SUFFIX)
-    if name not in pages:
-        advice = did_you_mean(name, pages) or f"there are {', '.join(sorted(pages))}"
+    if name not in found:
+        advice = did_you_mean(name, found) or f"there are {', '.join(found)}"
         raise CliError(f"there is no page {quote(page)}; {advice}")
-    return pages[name]
+    return found[name]

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from exover.cli.arguments import TARGETS
+from exover.cli.values import FORMS
+
 SHELLS = ("bash", "zsh", "fish")
 ASK = """
 source {script}
@@ -23,6 +26,20 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         (["exover", "check", "--format", "s"], {"sarif"}),
         (["exover", "emit", "--target", "ru"], {"rust"}),
         (["exover", "check", "de"], {"demo.exo"}),
+        (["exover", "check", "--only", "lock"], {"lockout"}),
+        (["exover", "check", "--skip", "safety,lock"], {"safety,lockout"}),
+        (["exover", "check", "--skip", "safety,war"], {"safety,warning"}),
+        (["exover", "emit", "--target", "c,ru"], {"c,rust"}),
+        (["exover", "emit", "--target", "c,"], {f"c,{each}" for each in TARGETS}),
+        (["exover", "graph", "--only", "wakes,excl"], {"wakes,excludes"}),
+        (["exover", "trace", "--check", "lock"], {"lockout"}),
+        (["exover", "docs", "certi"], {"certificates"}),
+        (["exover", "explain", "E10"], {f"E10{number}" for number in range(1, 10)}),
+        (["exover", "explain", "lock"], {"lockout"}),
+        (["exover", "explain", "de"], {"deadlock", "demo.exo"}),
+        (["exover", "check", "demo.exo", "--format", "=", "s"], {"sarif"}),
+        (["exover", "check", "demo.exo", "--format", "="], {*FORMS}),
+        (["exover", "check", "--format", "=", "json", "de"], {"demo.exo"}),
         (["exover", "completion", ""], {"bash", "zsh", "fish"}),
     ],
 )
