@@ -17,7 +17,9 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         drawn = draw(graph, arguments.format)
     except (NotRunnable, TimeoutError) as reason:
-        advice = "install Graphviz, or take --format dot or mermaid; --only leaves edges out"
+        advice = "install Graphviz, or take --format dot or mermaid"
+        if isinstance(reason, TimeoutError):
+            advice = "take --format dot or mermaid; --only leaves edges out"
         raise CliError(f"cannot draw SVG: {reason}; {advice}") from reason
     _note(graph, arguments.format)
     if arguments.out is None:

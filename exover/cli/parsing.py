@@ -5,6 +5,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from exover.cli.streams import out
+
 
 class Lists(tuple[str, ...]):
     """Words; a value may be one of them or a list of them, separated by commas."""
@@ -47,13 +49,20 @@ class Parser(argparse.ArgumentParser):
     def _advice(self, word: str) -> str:
         return _meant(word.partition("=")[0], self._option_string_actions) if word.startswith("-") else ""
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help and version as other output is; argparse would say nothing of what cannot be written."""
+        if file is sys.stdout:
+            out(message)
+        else:
+            super()._print_message(message, file)
+
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
             known = [str(choice) for choice in action.choices or ()]
             wrong = next((word for word in str(value).split(",") if word not in known), str(value))
-            error.message += _meant(wrong, known)
+            error.message = error.message.replace(repr(value), repr(wrong), 1) + _meant(wrong, known)
             raise
 
 

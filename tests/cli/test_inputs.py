@@ -86,6 +86,7 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
         (("emit", "a", "--out", "x"), "--target"),
         (("emit", "a", "--target", "c"), "--out"),
         (("emit", "a", "--target", "c", "--out", ""), "argument --out: the name of the folder is empty"),
+        (("graph", "a", "--only", "excludes,foo"), "invalid choice: 'foo' (choose from "),
         (("emit", "a", "--target", "pdf", "--out", "x"), "invalid choice: 'pdf'"),
     ],
 )
@@ -152,7 +153,7 @@ def test_events_that_cannot_be_read(run, spec, tmp_path):
 
 def test_output_that_cannot_be_written(run, spec):
     with open("/dev/full", "w") as full:
-        for arguments in (("--help",), ("simulate", spec), ("check", spec)):
+        for arguments in (("--help",), ("help",), ("-V",), ("simulate", spec), ("check", spec)):
             done = run(*arguments, stdout=full, input='{"ask": "nd.stop"}\n')
             assert done.returncode == 2
             assert done.stderr == "exover: error: cannot write to standard output: No space left on device\n"
@@ -168,9 +169,10 @@ def test_output_that_nobody_reads(run, spec):
 
 
 def test_output_that_is_closed(run, spec):
-    done = run("simulate", spec, stdout=None, input='{"ask": "nd.stop"}\n', preexec_fn=lambda: os.close(1))
-    assert done.returncode == 2
-    assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
+    for arguments in (("simulate", spec), ("help",), ("check", "--help"), ("-V",)):
+        done = run(*arguments, stdout=None, input='{"ask": "nd.stop"}\n', preexec_fn=lambda: os.close(1))
+        assert done.returncode == 2
+        assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
 
 
 @pytest.mark.parametrize("fault", ["RecursionError('too\\ndeep')", "MemoryError()", "KeyError('nd.goto')"])

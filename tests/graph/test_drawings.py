@@ -121,7 +121,7 @@ def test_a_spec_with_a_mistake_is_not_drawn(run: Run, tmp_path: Path) -> None:
 def test_svg_needs_graphviz(run: Run, tmp_path: Path) -> None:
     ended = run("graph", ROOT / "specs" / "rover.exo", "--format", "svg", env=environment(PATH=str(tmp_path)))
     assert (ended.returncode, ended.stdout) == (2, "")
-    assert "no dot was found on PATH; install Graphviz, or take --format dot or mermaid" in ended.stderr
+    assert ended.stderr.endswith("no dot was found on PATH; install Graphviz, or take --format dot or mermaid\n")
 
 
 def test_a_graphviz_that_fails_is_told(run: Run, tmp_path: Path) -> None:
