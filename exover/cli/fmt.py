@@ -56,11 +56,17 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
             folders[:] = sorted(name for name in folders if not name.startswith("."))
             found = sorted(name for name in names if name.endswith(SUFFIXES))
             there = (os.path.normpath(os.path.join(folder, name)) for name in found)
-            yield from filter(os.path.isfile, there)  # a pipe would be waited for
+            for file in there:
+                if os.path.isfile(file):
+                    yield file
+                else:  # a pipe would be waited for
+                    complain(f"exover: note: {file} is passed over: it is no regular file")
 
 
 def _format(path: str, check: bool) -> tuple[Result, bytes]:
     """Format a file unless `check` is set, and return what it is formatted, too; raise `CliError` if it is wrong."""
+    if path != "-" and os.path.exists(path) and not os.path.isfile(path):
+        raise CliError(f"{path} is no regular file; - formats standard input")
     given = read_language(path)
     content = _formatted(path, given)
     if content == given:

@@ -76,7 +76,16 @@ def test_what_is_no_regular_file_in_a_folder_is_passed_over(run, tmp_path):
     with socket.socket(socket.AF_UNIX) as end, chdir(tmp_path):
         end.bind("socket.exo")
     done = run("fmt", ".")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "s.exo reformatted\n", "1 file reformatted\n")
+    assert (done.returncode, done.stdout) == (0, "s.exo reformatted\n")
+    told = [f"exover: note: {name}.exo is passed over: it is no regular file" for name in ("link", "socket")]
+    assert done.stderr.splitlines() == [*told, "1 file reformatted"]
+
+
+def test_a_pipe_is_refused(run, tmp_path):
+    os.mkfifo(tmp_path / "pipe.exo")
+    done = run("fmt", "pipe.exo")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("exover: error: pipe.exo is no regular file; - formats standard input\n")
 
 
 def test_a_folder_without_specs(run):
