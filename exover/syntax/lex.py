@@ -102,9 +102,11 @@ def tokens(text: str, reports: list[Diagnostic], formulas: bool = False, base: i
     A NUL character ends the text, since what holds one is no text and one report of it is enough; and so do
     MAX_MISTAKES mistakes. ``base`` is the offset of the first character.
     """
-    tainted = False
+    tainted, comment = False, 0  # where a comment of another language ends
     for match in _TOKEN[formulas].finditer(text):
         group = match.lastgroup
+        if match.start(group or 0) < comment:
+            continue
         if group == "word" or group == "symbol":
             word, end = match[group], base + match.end()
             kind = NAME if group == "word" and word not in RESERVED else word
@@ -119,12 +121,22 @@ def tokens(text: str, reports: list[Diagnostic], formulas: bool = False, base: i
         if found and len(reports) >= MAX_MISTAKES:
             token = Token(END, "", base + match.end(), base + match.end())
         if token is None:
-            tainted = True
+            comment = _comment(text, match.start(group))
+            tainted = not comment
             continue
         yield token._replace(tainted=tainted or bool(found))
         tainted = False
         if token.kind == END:
             return
+
+
+def _comment(text: str, start: int) -> int:
+    """Return where the line ends whose rest is a comment of another language; 0 if none begins here."""
+    before = text[text.rfind("\n", 0, start) + 1 : start].rstrip()
+    if text[start] != "#" or before[-1:] not in ("", ";", "{", "}"):
+        return 0
+    end = text.find("\n", start)
+    return len(text) if end < 0 else end
 
 
 def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagnostic]]:
