@@ -1,5 +1,6 @@
 """Every spec says in `// expect:` lines what is not `holds` in it; nothing else may be found, and nothing less."""
 
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 SPECS = sorted((ROOT / "specs").rglob("*.exo"))
 
 
+@cache
 def findings_of(path: Path) -> tuple[Finding, ...]:
     source = decode(path.name, path.read_bytes())
     assert isinstance(source, Source)
