@@ -16,16 +16,24 @@ from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus, severest
 from tests.cli.processes import ENDLESS, SLEEPING, await_begun, gone
 from tests.cli.specs import DEAF, SHADOWED, SPEC
-from tests.support.command import environment
+from tests.support.command import Ended, Run, environment
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 SCHEMA = json.loads((Path(__file__).parents[1] / "report" / "sarif-schema-2.1.0.json").read_text())
 
 
+FILES = ("my specs/a.exo", "my specs/b/deaf.exo", "my specs/c.exo")
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Three specs: one that holds, one that does not, and one with a warning; beside them what is none."""
-    specs = tmp_path / "my specs"
+    return specs_below(tmp_path)
+
+
+def specs_below(place: Path) -> Path:
+    """Write these specs, `FILES`, and return their folder."""
+    specs = place / "my specs"
     (specs / "b").mkdir(parents=True)
     (specs / ".cache").mkdir()
     for name, text in (("a", SPEC), ("b/deaf", DEAF), ("c", SHADOWED)):
@@ -95,20 +103,30 @@ def test_the_severest_status_is_that_of_all() -> None:
         assert severest(reversed(order[: number + 1])) is status
 
 
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[Ended, Ended]]:
+    """Return how a check of each of these specs alone ends, with a report as text and as JSON."""
+    place = tmp_path_factory.mktemp("alone")
+    specs_below(place)
+    command = Run(place)
+    return [(command("check", file), command("check", file, "--format", "json")) for file in FILES]
+
+
 @pytest.mark.parametrize("jobs", ["1", "2", "7"])
-def test_specs_are_reported_one_by_one_with_one_status(run, folder: Path, jobs: str) -> None:
+def test_specs_are_reported_one_by_one_with_one_status(
+    run, folder: Path, alone: list[tuple[Ended, Ended]], jobs: str
+) -> None:
     outputs = [f"--output={form}=out/a.{form}" for form in FORMS]
     done = run("check", "my specs", "--jobs", jobs, *outputs)
     assert (done.returncode, done.stderr) == (1, "")
-    files = ["my specs/a.exo", "my specs/b/deaf.exo", "my specs/c.exo"]
-    alone = {file: run("check", file) for file in files}
-    assert [each.returncode for each in alone.values()] == [0, 1, 0]
-    assert done.stdout == "\n".join([*(each.stdout for each in alone.values()), "3 specs: 1 violated, 2 hold\n"])
+    for ended in zip(*alone, strict=True):
+        assert [(each.returncode, each.stderr) for each in ended] == [(0, ""), (1, ""), (0, "")]
+    assert done.stdout == "\n".join([*(text.stdout for text, _ in alone), "3 specs: 1 violated, 2 hold\n"])
     told = {form: (folder.parent / "out" / f"a.{form}").read_text() for form in FORMS}
     assert told["text"] == done.stdout
     report = json.loads(told["json"])
     assert (list(report), report["verdict"]) == (["tool", "version", "verdict", "specs"], "violated")
-    assert report["specs"] == [json.loads(run("check", file, "--format", "json").stdout) for file in files]
+    assert report["specs"] == [json.loads(each.stdout) for _, each in alone]
     log = json.loads(told["sarif"])
     jsonschema.Draft7Validator(SCHEMA).validate(log)
     assert [each["properties"]["spec"] for each in log["runs"]] == ["a", "b", "c"]
