@@ -73,6 +73,7 @@ def test_a_wrong_reason_is_found(rover: Compiled) -> None:
 
 def test_a_launch_that_is_dropped_is_found(rover: Compiled) -> None:
     launches = [k for k, node in enumerate(rover.tables.nodes) if node.code == -7]
+    assert launches
     for number in launches:
         broken = with_node(rover, number, lambda node: replace(node, code=-1))
         assert "violated" in verdicts(broken).values()
@@ -113,7 +114,10 @@ def records(tables: Tables) -> list[tuple[str, Tables]]:
     ]
 
 
-@pytest.mark.parametrize("kind", ["effect", "param", "variable", "feature", "watched", "started", "launch", "statuses"])
+@pytest.mark.parametrize(
+    "kind",
+    ["effect", "param", "variable", "feature", "watched", "started", "launch", "statuses", "conflict", "reason"],
+)
 def test_a_damaged_record_is_found(rover: Compiled, kind: str) -> None:
     tables = dict(records(rover.tables))[kind]
     assert "violated" in verdicts(replace(rover, tables=tables)).values()
