@@ -7,14 +7,14 @@ import os
 
 import pytest
 
-from tests.support.mutants import Subject, subjects, tally
+from tests.support.mutants import SUBJECTS, subject_of, tally
 
 COUNT = int(os.environ.get("EXOVER_MUTANTS", "4"))
 
 
-@pytest.mark.parametrize("number", range(len(subjects())))
+@pytest.mark.parametrize("number", range(len(SUBJECTS)))
 def test_no_mutant_that_changes_a_decision_is_missed(number: int, capsys: pytest.CaptureFixture[str]) -> None:
-    subject: Subject = subjects()[number]
+    subject = subject_of(SUBJECTS[number])
     assert not subject.noticed(subject.built.data)
     found = tally(subject, COUNT, 100 + number, proofs=COUNT // 10)
     with capsys.disabled():

@@ -2,33 +2,36 @@
 
 import json
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from exover.gate.gate import Gate
 from exover.gate.mcp.proxy import McpProxy
 from exover.model.model import Model
 from exover.ocrd.machine import Machine
-from exover.pipeline import build
+from exover.pipeline import Build, build
 from tests.gate.carts import BIND, SPEC, binding_of, kept_in, model_of
 
-CART = model_of(SPEC)
-TABLES = build(CART).tables
 IDLE = {"base": {"phase": "halted", "metres": 0, "speed_mm": 0}, "paint": 5}
+
+
+@cache
+def cart() -> Build:
+    return build(model_of(SPEC))
 
 
 class Middle:
     """The gate of a cart; what each side was sent, as objects, is taken from its list when it is asked for."""
 
-    def __init__(self, bind: str = BIND, model: Model = CART) -> None:
+    def __init__(self, bind: str = BIND, model: Model | None = None) -> None:
         self.now = 0.0
         self.journal: list[Mapping[str, Any]] = []
         self.complaints: list[str] = []
         self._to_client: list[bytes] = []
         self._to_server: list[bytes] = []
-        tables = TABLES if model is CART else build(model).tables
-        self.gate = Gate(
-            model, binding_of(bind, model), Machine(model, tables), lambda: self.now, kept_in(self.journal)
-        )
+        found = build(model) if model else cart()
+        machine = Machine(found.model, found.tables)
+        self.gate = Gate(found.model, binding_of(bind, found.model), machine, lambda: self.now, kept_in(self.journal))
         sent = self._to_client.append, self._to_server.append
         self.proxy = McpProxy(self.gate, *sent, self.complaints.append, lambda: self.now)
         self.proxy.start()

@@ -1,6 +1,7 @@
 """A gate between clients and servers of ROS 2 that are made of lists, with a clock that stands still."""
 
 from collections.abc import Mapping
+from functools import cache
 from itertools import count
 from typing import Any
 
@@ -14,16 +15,24 @@ from exover.gate.ros2.interfaces import Interfaces
 from exover.gate.ros2.names import Port, PortPart
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.ocrd.machine import Machine
-from exover.pipeline import build
+from exover.pipeline import Build, build
 from tests.gate.carts import binding_of, kept_in, model_of
 from tests.gate.yard import BIND, INTERFACES, SPEC
 
-YARD = model_of(SPEC)
-TABLES = build(YARD).tables
 TYPES = {"/drive": "yard_msgs/action/Drive", "/reach": "yard_msgs/action/Reach", "/halt": "yard_msgs/srv/Halt"}
-KNOWN = Interfaces(finder([str(INTERFACES)], {}))
 HEADERS = count(1)
 """Numbers of requests of clients."""
+
+
+@cache
+def yard() -> Build:
+    return build(model_of(SPEC))
+
+
+@cache
+def known() -> Interfaces:
+    """Return the types of the yard."""
+    return Interfaces(finder([str(INTERFACES)], {}))
 
 
 def id_of(number: int) -> bytes:
@@ -39,10 +48,11 @@ class RosMiddle:
         self.journal: list[Mapping[str, Any]] = []
         self.told: list[str] = []
         self.sent: list[tuple[Port, bytes, int]] = []
-        self.types = KNOWN
-        binding = binding_of(bind, YARD)
+        self.types = known()
+        model, tables = yard().model, yard().tables
+        binding = binding_of(bind, model)
         assert not list(mistakes(binding, self.types, apart=False))
-        self.gate = Gate(YARD, binding, Machine(YARD, TABLES), lambda: self.now, kept_in(self.journal))
+        self.gate = Gate(model, binding, Machine(model, tables), lambda: self.now, kept_in(self.journal))
         ids = (id_of(number) for number in count(1_000_000))
         self.proxy = Ros2Proxy(
             self.gate,

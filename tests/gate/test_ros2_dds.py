@@ -229,21 +229,22 @@ def test_servers_in_a_domain_of_their_own_have_the_outer_names() -> None:
     from exover.gate.ros2.session import Ros2Session
     from exover.ocrd.machine import Machine
     from tests.gate.carts import binding_of
-    from tests.gate.ros_middle import KNOWN, TABLES, YARD
+    from tests.gate.ros_middle import known, yard
 
     outer, inner = DOMAIN + 110, DOMAIN + 111
     bind = BIND[: BIND.index('[request."base.halt"]')].replace('inner = "/gated/drive"\n', "")
     above, below = Node(outer), Node(inner)
     server = Server(below, "/drive", DRIVE)
-    binding = binding_of(bind, YARD)
-    assert not list(mistakes(binding, KNOWN, apart=True))
+    model, tables = yard().model, yard().tables
+    binding = binding_of(bind, model)
+    assert not list(mistakes(binding, known(), apart=True))
     told: list[str] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CYCLONEDDS_URI", ros.LOOPBACK)
-        session = Ros2Session(binding, KNOWN, outer, inner, told.append)
-    gate = Gate(YARD, binding, Machine(YARD, TABLES), time.monotonic, lambda entry: None)
+        session = Ros2Session(binding, known(), outer, inner, told.append)
+    gate = Gate(model, binding, Machine(model, tables), time.monotonic, lambda entry: None)
     own = lambda: cdr.NEVER, lambda: b"i" * 16, b"the gate"
-    proxy = Ros2Proxy(gate, KNOWN, session.send, told.append, time.monotonic, *own)  # type: ignore[misc]
+    proxy = Ros2Proxy(gate, known(), session.send, told.append, time.monotonic, *own)  # type: ignore[misc]
     proxy.start()
     above.poll_with(lambda: session.turn(proxy, 0.001))
     above.poll_with(server.poll)
@@ -259,10 +260,10 @@ def test_messages_are_bytes_of_whole_words_and_what_is_not_written_is_told() -> 
     from exover.gate.ros2 import endpoints
     from exover.gate.ros2.cdr import topic
     from exover.gate.ros2.idl import SampleTypes
-    from tests.gate.ros_middle import KNOWN
+    from tests.gate.ros_middle import known
 
     node = Node(DOMAIN + 1)
-    text = SampleTypes(KNOWN).message("std_msgs/msg/String")
+    text = SampleTypes(known()).message("std_msgs/msg/String")
     reader = endpoints.TopicReader(node.participant, "text", text, endpoints.REQUESTS)
     writer = endpoints.TopicWriter(node.participant, "text", text, endpoints.REPLIES)
     node.until(lambda: list(writer.readers()) and list(reader.writers()))

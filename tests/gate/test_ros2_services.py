@@ -15,7 +15,7 @@ from exover.gate.ros2.files import finder
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import Port
 from tests.gate.carts import binding_of
-from tests.gate.ros_middle import KNOWN, YARD, RosMiddle
+from tests.gate.ros_middle import RosMiddle, known, yard
 from tests.gate.yard import BIND, INTERFACES
 
 HALT, DRIVE = "/gated/halt", "/gated/drive"
@@ -122,24 +122,24 @@ def test_a_launch_rule_makes_a_goal_of_the_gate() -> None:
     sent: list[tuple[Port, bytes, int]] = []
     gate = Gate(model, binding_of(bind, model), Machine(model, build(model).tables), lambda: 0.0, lambda entry: None)
     made = (lambda: cdr.NEVER), (lambda: b"i" * 16), b"the gate"
-    proxy = Ros2Proxy(gate, KNOWN, lambda *each: sent.append(each), print, lambda: 0.0, *made)
+    proxy = Ros2Proxy(gate, known(), lambda *each: sent.append(each), print, lambda: 0.0, *made)
     proxy.start()
     proxy.servers("action", DRIVE, frozenset({"server"}))
     question = sent.pop()[1]
     answer = cdr.service(question[4:20], cdr.cancel_reply(0, ()))
     proxy.take(Port("inner", DRIVE, "cancel_goal"), answer)
-    level = KNOWN.write("yard_msgs/msg/Battery", [(("level",), 10.0)])
+    level = known().write("yard_msgs/msg/Battery", [(("level",), 10.0)])
     proxy.take(Port("inner", "/battery", "message"), cdr.topic(level))
     port, data, _ = sent.pop()
     assert port.part == "send_goal" and data[20:36] == b"i" * 16
-    assert KNOWN.read("yard_msgs/action/Drive_Goal", data[36:])["x"] == -1.5
+    assert known().read("yard_msgs/action/Drive_Goal", data[36:])["x"] == -1.5
 
 
 # ---- types and names ----
 
 
 def told(bind: str, apart: bool = False) -> list[str]:
-    return list(mistakes(binding_of(bind, YARD), KNOWN, apart))
+    return list(mistakes(binding_of(bind, yard().model), known(), apart))
 
 
 @pytest.mark.parametrize(

@@ -61,21 +61,17 @@ def test_what_is_taken_away_before_each_event_and_resumed_answers_as_before(path
     assert host.run("trip", lines=lines_of(host.found, 150)) == ["150 0 0 0"]
 
 
-TWO = build(model_of("spec two; module m { request a(); request b(); } mutex m.a, m.b;"))
-RICH = build(
-    model_of(
-        """spec rich; poster speed: real in 0 .. 2 = 0; poster battery: int in 0 .. 100 = 50; resource power: 3;
-        resource ink: 5 consumable;
-        module m {
-            request a(v: real in 0 .. 1) instances 2 { uses power 2; }
-            request b(n: int in 1 .. 3) { uses power 2; wait until not active(m.c); fail low: when battery < 10; }
-            request c() { check past(m.b) or m.speed_ok; on ok forget m.b; consumes ink 1; }
-            request d();
-            state speed_ok: bool = true;
-        }
-        limit few: at most 1 of m.c, m.d; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
-    )
-)
+TWO = "spec two; module m { request a(); request b(); } mutex m.a, m.b;"
+RICH = """spec rich; poster speed: real in 0 .. 2 = 0; poster battery: int in 0 .. 100 = 50; resource power: 3;
+    resource ink: 5 consumable;
+    module m {
+        request a(v: real in 0 .. 1) instances 2 { uses power 2; }
+        request b(n: int in 1 .. 3) { uses power 2; wait until not active(m.c); fail low: when battery < 10; }
+        request c() { check past(m.b) or m.speed_ok; on ok forget m.b; consumes ink 1; }
+        request d();
+        state speed_ok: bool = true;
+    }
+    limit few: at most 1 of m.c, m.d; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
 
 
 def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_record_alone(two: Host) -> None:
@@ -87,7 +83,7 @@ def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_re
 
 
 def test_a_record_is_as_long_as_announced_and_only_written_whole(rich: Host) -> None:
-    whole = record_bytes(RICH.tables)
+    whole = record_bytes(rich.found.tables)
     assert len(rich.record()) == whole
     assert rich.run("show", "0")[1] == f"0 0 {whole}"
 
@@ -204,7 +200,7 @@ def test_calls_that_no_host_should_make_are_refused(two: Host) -> None:
 
 def test_a_map_that_says_what_no_proof_has_made_is_refused(rich: Host, tmp_path: Path) -> None:
     """Its checksum is right: lengths, places and lists that do not fit, and what is no record beside each."""
-    content = packed(Carry(RICH.compiled, RICH.compiled), ("m.d",))
+    content = packed(Carry(rich.found.compiled, rich.found.compiled), ("m.d",))
     idle, numbers, lists = struct.unpack_from("<III", content, 88)
     pairs, words = 100 + 4 * idle, 100 + 4 * idle + 8 * numbers
     assert idle == 2  # its slot and its waiting place
@@ -254,7 +250,7 @@ def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Pa
 
 @needs_rustc
 def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_path: Path) -> None:
-    host = rust_host_of(RICH, tmp_path)
+    host = rust_host_of(rich.found, tmp_path)
     record = rich.record()
     cases = list(zip(changes(record), (status for _, status in CASES), strict=True))
     cases += [(bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]), BAD_RECORD) for i in range(len(record))]
@@ -265,7 +261,7 @@ def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_pat
 @pytest.fixture(scope="module")
 def two(tmp_path_factory: pytest.TempPathFactory) -> Host:
     """Return a host of `TWO`."""
-    return host_of(TWO, tmp_path_factory.mktemp("two"))
+    return host_of(build(model_of(TWO)), tmp_path_factory.mktemp("two"))
 
 
 @pytest.fixture(scope="module")
@@ -277,4 +273,4 @@ def held(tmp_path_factory: pytest.TempPathFactory) -> Host:
 @pytest.fixture(scope="module")
 def rich(tmp_path_factory: pytest.TempPathFactory) -> Host:
     """Return a host of `RICH`."""
-    return host_of(RICH, tmp_path_factory.mktemp("rich"))
+    return host_of(build(model_of(RICH)), tmp_path_factory.mktemp("rich"))

@@ -21,7 +21,7 @@ from exover.engines.compiler import NativeUnavailable
 from exover.model.model import Model
 from exover.ocrd.packing import pack
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
-from exover.pipeline import Build, build
+from exover.pipeline import build
 from exover.run.embedded import embedded
 from exover.run.rust import build as build_runner
 from exover.run.rust import build_crate, engine_of, find_rustc
@@ -57,8 +57,8 @@ from tests.support.vectors import model_of as vectors_model
 
 needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
 needs_cargo = pytest.mark.skipif(which("cargo") is None, reason="cargo is not installed")
-CORNERS = built(ROOT / "tests" / "vectors" / "corners.exo")
-ROVER = built(ROOT / "specs" / "rover.exo")
+CORNERS = ROOT / "tests" / "vectors" / "corners.exo"
+ROVER = ROOT / "specs" / "rover.exo"
 FAST = ("-Copt-level=3", "-Cpanic=abort")
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
 DECIDED = 50 if "EXOVER_DECISIONS" in os.environ else 10
@@ -200,9 +200,10 @@ def test_tables_that_contradict_themselves(broken: Tables, lines: str, tmp_path:
 
 @needs_rustc
 @pytest.mark.skipif(which("nm") is None, reason="nm is not installed")
-@pytest.mark.parametrize("found", [ROVER, CORNERS], ids=["rover", "corners"])
-def test_it_cannot_panic(found: Build, tmp_path: Path) -> None:
+@pytest.mark.parametrize("path", [ROVER, CORNERS], ids=["rover", "corners"])
+def test_it_cannot_panic(path: Path, tmp_path: Path) -> None:
     """What is compiled refers to nothing that panics, not even where overflows are looked for."""
+    found = built(path)
     build_crate(found.model, found.tables, "bare", tmp_path, (*FAST, "-Coverflow-checks=on", "--emit=obj"))
     (code,) = tmp_path.glob("*.o")
     defined = subprocess.run(["nm", "--defined-only", code], capture_output=True, text=True, check=True).stdout
@@ -217,14 +218,18 @@ module m { request q(v: int in -1000000000000 .. 1000000000000, k: e) fails (los
 
 @needs_cargo
 @pytest.mark.parametrize(
-    ("model", "features"),
-    [(CORNERS.model, []), (CORNERS.model, ["--features=names"]), (model_of(WIDE), ["--features=names"])],
+    ("text", "features"),
+    [
+        (CORNERS.read_text("utf-8"), []),
+        (CORNERS.read_text("utf-8"), ["--features=names"]),
+        (WIDE, ["--features=names"]),
+    ],
     ids=["all there is", "with names", "wide numbers, few records"],
 )
 def test_cargo_builds_without_a_network_and_clippy_finds_nothing(
-    model: Model, features: list[str], tmp_path: Path
+    text: str, features: list[str], tmp_path: Path
 ) -> None:
-    write(model, tmp_path, "crate")
+    write(model_of(text), tmp_path, "crate")
     lint = which("cargo-clippy") is not None
     command = ["cargo", "clippy" if lint else "build", "--offline", "--quiet", *features]
     command += ["--", "-Dwarnings"] if lint else []
@@ -238,15 +243,17 @@ def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
     page = blocks(ROOT / "docs" / "runtime.md")
     (at,) = [number for number, block in enumerate(page) if block.language == "rust"]
     (tmp_path / "main.rs").write_text(page[at].text, encoding="utf-8")
-    build_crate(ROVER.model, ROVER.tables, "rover", tmp_path, ("--cfg", 'feature="names"'))
+    found = built(ROVER)
+    build_crate(found.model, found.tables, "rover", tmp_path, ("--cfg", 'feature="names"'))
     rustc(tmp_path, "--extern=rover=librover.rlib", "main.rs")
     done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
     assert done.stdout == page[at + 1].text
 
 
 @needs_rustc
-@pytest.mark.parametrize("found", [ROVER, CORNERS], ids=["rover", "corners"])
-def test_its_tables_are_read_back(found: Build, tmp_path: Path) -> None:
+@pytest.mark.parametrize("path", [ROVER, CORNERS], ids=["rover", "corners"])
+def test_its_tables_are_read_back(path: Path, tmp_path: Path) -> None:
+    found = built(path)
     write(found.model, tmp_path, "crate")
     source = tmp_path / "src" / "tables.rs"
     assert embedded(source) == pack(build(found.model).tables)
@@ -260,7 +267,8 @@ def test_its_tables_are_read_back(found: Build, tmp_path: Path) -> None:
 
 def test_no_rust(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RUSTC", "no-such-compiler -O")
-    with pytest.raises(NativeUnavailable, match="no-such-compiler"), engine_of(ROVER.model, ROVER.tables):
+    found = built(ROVER)
+    with pytest.raises(NativeUnavailable, match="no-such-compiler"), engine_of(found.model, found.tables):
         pass
     (tmp_path / "tables.rs").touch()
     with pytest.raises(NativeUnavailable, match="no-such-compiler"):
@@ -287,5 +295,5 @@ def test_the_package_has_a_name_that_cargo_takes(name: str, package: str) -> Non
 
 
 def test_the_same_input_gives_the_same_bytes() -> None:
-    model = ROVER.model
-    assert rust.emit(model, build(model).tables, "rover") == rust.emit(model, ROVER.tables, "rover")
+    found = built(ROVER)
+    assert rust.emit(found.model, build(found.model).tables, "rover") == rust.emit(found.model, found.tables, "rover")

@@ -1,6 +1,7 @@
 """From the tables of one spec to those of another while requests run: the C does what `exover swap` has proved."""
 
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -32,30 +33,27 @@ from tests.runtime.compiling import (
 from tests.runtime.resuming import host_of, lines_of, needs_rustc, rust_host_of
 from tests.support.proving import proved
 
-OLD = build(
-    model_of(
-        """spec old; poster speed: real in 0 .. 2 = 0;
-        module m { request a(); request b(v: int in 0 .. 3); request c(); request gone();
-                   request w() { wait until not active(m.a); } }
-        mutex ab: m.a, m.b; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
-    )
-)
-NEW = build(
-    model_of(
-        """spec new; poster speed: real in 0 .. 2 = 0;
-        module m { request x(); request c(); request b(v: int in 0 .. 5); request a(); request w(); }
-        mutex ab: m.a, m.b; mutex bc: m.b, m.c; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
-    )
-)
+OLD = """spec old; poster speed: real in 0 .. 2 = 0;
+    module m { request a(); request b(v: int in 0 .. 3); request c(); request gone();
+               request w() { wait until not active(m.a); } }
+    mutex ab: m.a, m.b; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
+NEW = """spec new; poster speed: real in 0 .. 2 = 0;
+    module m { request x(); request c(); request b(v: int in 0 .. 5); request a(); request w(); }
+    mutex ab: m.a, m.b; mutex bc: m.b, m.c; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
 RUNNING = 1
 
 
+@cache
+def of(text: str) -> Build:
+    return build(model_of(text))
+
+
 def test_the_c_goes_on_by_what_was_proved_and_refuses_the_rest(tmp_path: Path) -> None:
-    content, answer = swap(OLD, NEW, proved(OLD))
+    content, answer = swap(of(OLD), of(NEW), proved(of(OLD)))
     assert answer.ended == {"m.gone": (), "m.b": ("bc",)}
     (tmp_path / "map").write_bytes(content)
     beside: tuple[Build, ...] = ()
-    for name, found in (("old", OLD), ("new", NEW)):
+    for name, found in (("old", of(OLD)), ("new", of(NEW))):
         served = tuple(
             needs(each.tables, before, sizes(each.tables)) for before, each in zip(("old",), beside, strict=False)
         )
@@ -96,8 +94,8 @@ def test_rust_takes_over_from_a_record_of_c(tmp_path: Path) -> None:
     """m.a and m.c run, m.w waits for m.a and starts at once; then as in C."""
     for language in ("c", "rust"):
         (tmp_path / language).mkdir()
-    old, new = host_of(OLD, tmp_path / "c"), rust_host_of(NEW, tmp_path / "rust")
-    content, _ = swap(OLD, NEW, proved(OLD))
+    old, new = host_of(of(OLD), tmp_path / "c"), rust_host_of(of(NEW), tmp_path / "rust")
+    content, _ = swap(of(OLD), of(NEW), proved(of(OLD)))
     (tmp_path / "map").write_bytes(content)
     two = "1 0000000000000002"
     (tmp_path / "record").write_bytes(old.record(3, "a 2 0\na 0 0\na 4 0\n"))
@@ -111,7 +109,7 @@ def test_rust_takes_over_from_a_record_of_c(tmp_path: Path) -> None:
 
 
 def test_the_map_names_both_tables() -> None:
-    content, answer = swap(OLD, NEW, proved(OLD))
+    content, answer = swap(of(OLD), of(NEW), proved(of(OLD)))
     assert isinstance(answer, SwapAnswer)
-    assert content[16:48] == OLD.tables.digest and content[52:84] == NEW.tables.digest
-    assert content[48:52] == pack(OLD.tables)[12:16] and content[84:88] == pack(NEW.tables)[12:16]
+    assert content[16:48] == of(OLD).tables.digest and content[52:84] == of(NEW).tables.digest
+    assert content[48:52] == pack(of(OLD).tables)[12:16] and content[84:88] == pack(of(NEW).tables)[12:16]

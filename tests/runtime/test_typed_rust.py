@@ -187,11 +187,12 @@ def program(writer: Writer, events: Sequence[Event]) -> str:
 
 
 @pytest.mark.parametrize(
-    "found",
-    [built(ROOT / "specs" / "rover.exo"), built(ROOT / "tests" / "vectors" / "corners.exo"), build(model_of(WORDS))],
+    "text",
+    [(ROOT / "specs" / "rover.exo").read_text("utf-8"), (ROOT / "tests/vectors/corners.exo").read_text("utf-8"), WORDS],
     ids=["rover", "corners", "words"],
 )
-def test_every_event_is_that_of_the_generic_api(found: Build, tmp_path: Path) -> None:
+def test_every_event_is_that_of_the_generic_api(text: str, tmp_path: Path) -> None:
+    found = build(model_of(text))
     crate(found, tmp_path)
     events = [e for e in random_events(found.model, 7, 300) if not isinstance(e, Observe) or not e.broken]
     writer = Writer(found)

@@ -1,4 +1,10 @@
-"""An editor for tests: the client of pygls, speaking to `exover lsp` over standard input and output."""
+"""An editor for tests: the client of pygls, speaking to `exover lsp` over standard input and output.
+
+What pygls needs is imported when the first editor is made, or place told: it takes a second of every process that
+collects the tests.
+"""
+
+from __future__ import annotations
 
 import asyncio
 import sys
@@ -6,13 +12,15 @@ from collections.abc import Awaitable, Callable, Coroutine
 from pathlib import Path
 from threading import Thread
 from time import monotonic
-from typing import Any, TypeVar
-
-from lsprotocol import types
-from pygls.lsp.client import LanguageClient
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from exover.source import Source
+from tests.support.lazily import lazily
 
+if TYPE_CHECKING:
+    from pygls.lsp.client import LanguageClient
+
+types = lazily("lsprotocol.types")
 T = TypeVar("T")
 PATIENCE = 60.0
 
@@ -37,6 +45,8 @@ class Editor:
         self.tell(self.client.initialized, types.InitializedParams())
 
     def _client(self) -> LanguageClient:
+        from pygls.lsp.client import LanguageClient
+
         client = LanguageClient("tests", "1")
 
         @client.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)

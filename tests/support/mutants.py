@@ -212,7 +212,10 @@ def tally(subject: Subject, count: int, seed: int, proofs: int) -> Tally:
     return Tally(count, counts, tuple(missed))
 
 
-def subjects() -> list[Subject]:
-    """Return the specs whose tables are damaged."""
-    named = [Subject((SPECS / f"{name}.exo").read_text()) for name in ("rover", "assistant", "satellite")]
-    return named + [Subject(small_spec_of(seed)) for seed in (3, 7, 11, 15, 22)]
+SUBJECTS: tuple[str | int, ...] = ("rover", "assistant", "satellite", 3, 7, 11, 15, 22)
+"""The specs whose tables are damaged: names, and seeds of small ones."""
+
+
+def subject_of(spec: str | int) -> Subject:
+    """Return one of `SUBJECTS`."""
+    return Subject(small_spec_of(spec) if isinstance(spec, int) else (SPECS / f"{spec}.exo").read_text())
