@@ -37,7 +37,7 @@ def _page(what: str, text: str, answers: Callable[[Build], CheckOutcome], rounds
     assert model is not None
     built = build(model)
     outcome = answers(built)
-    summary = summarise("page.exo", model, built, outcome.findings, outcome.state_bits, ERRORS)
+    summary = summarise("page.exo", model, built, outcome, ERRORS)
     written = partial(look, summary, loaded.source, built)
     requests = f"{len(model.requests)} requests, {what}"
     yield Row(f"report: {requests}", median_seconds(written, rounds), "s", SECONDS)

@@ -236,8 +236,7 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
     outcome = pipeline.check(built, _quiet, properties=asked, limits=limits)
     if outcome.interrupted:
         raise KeyboardInterrupt
-    sizes = outcome.state_bits, ERRORS, outcome.states
-    found = rendering.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
+    found = rendering.summarise(spec.source.name, spec.model, built, outcome, ERRORS, properties=asked)
     return Findings(spec, found)
 
 

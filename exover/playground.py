@@ -28,7 +28,7 @@ def look(text: str) -> str:
     if loaded.model is None:
         return _json({"mistakes": render_all(loaded.diagnostics, loaded.source), "report": None})
     built = build(loaded.model)
-    summary = summarise(NAME, loaded.model, built, (), None, ERRORS, skipped=tuple(SEVERITY))
+    summary = summarise(NAME, loaded.model, built, None, ERRORS, skipped=tuple(SEVERITY))
     outcome = f"{loaded.model.name}: nothing is proved here, for that takes engines: exover check asks them"
     page = page_of(summary, loaded.source, built)
     return _json({"mistakes": "", "report": page | {"verdict": NOT_ASKED, "outcome": outcome}})

@@ -10,7 +10,7 @@ from exover.pipeline import Build, event_bounds
 from exover.source import Source
 
 if TYPE_CHECKING:
-    from exover.checks.finding import Counted, Finding
+    from exover.checks.run import CheckOutcome
     from exover.diagnostics import Severity
     from exover.graph.interactions import InteractionGraph
     from exover.model.difference import Compared
@@ -28,23 +28,23 @@ def summarise(
     file: str,
     model: Model,
     built: Build | None,
-    findings: "tuple[Finding, ...]",
-    state_bits: int | None,
+    outcome: "CheckOutcome | None",
     counted: "frozenset[Severity]",
-    states: "Counted | None" = None,
     bounded: bool = False,
     properties: Properties | None = None,
     skipped: tuple[str, ...] = (),
 ) -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
 
+    `outcome`: what the checks found; None: none was asked. `counted`: the severities that make the verdict.
     With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
     `skipped` are the checks that were not asked.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
-    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
+    findings, bits, states = (outcome.findings, outcome.state_bits, outcome.states) if outcome else ((), None, None)
+    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), bits, states)
     tables = None if built is None else table_figures(built, bounded)
     return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
 

@@ -124,10 +124,11 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
-    findings = _judged(outcome, policy, model)
+    judged = replace(outcome, findings=_judged(outcome, policy, model))
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties, skipped(asked)
-    summary = summarise(shown(arguments.spec), model, built, findings, *sizes)
+    summary = summarise(
+        shown(arguments.spec), model, built, judged, counted, arguments.bounds, properties, skipped(asked)
+    )
     status = _status(arguments, summary, built, written, outcome.interrupted)
     return Examined(summary, status, source, built, len(outcome.recalled))
 

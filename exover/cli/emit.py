@@ -48,8 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, asked(ERRORS, SEVERITY), portfolio())
-    sizes = outcome.state_bits, COUNTED
-    summary = summarise(shown(arguments.spec), model, built, outcome.findings, *sizes, properties=properties)
+    summary = summarise(shown(arguments.spec), model, built, outcome, COUNTED, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")

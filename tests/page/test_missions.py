@@ -33,7 +33,7 @@ def page_of(folder: Path, audited: bool) -> Path:
         auditor.audit(str(folder / "<b>.jsonl"), "<b>.jsonl"),
     ]
     audit = Audit("0", loaded.model, "crane.exo", tuple(results))
-    summary = summarise("crane.exo", loaded.model, built, (), None, frozenset())
+    summary = summarise("crane.exo", loaded.model, built, None, frozenset())
     page = look(summary, loaded.source, built, audit_json.document(audit) if audited else None)
     path = folder / "report.html"
     path.write_text(page, encoding="utf-8")

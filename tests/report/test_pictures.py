@@ -131,7 +131,7 @@ def test_every_trace_of_the_violations_is_told_in_every_format(path: Path) -> No
     model = model_of(path.read_text(encoding="utf-8"), str(path))
     built = build(model)
     outcome = check_all(built.compiled, lambda what: None)
-    report = json_report.render(summarise(str(path), model, built, outcome.findings, outcome.state_bits, ERRORS))
+    report = json_report.render(summarise(str(path), model, built, outcome, ERRORS))
     found = read(report)
     assert len(found) == sum(finding.trace is not None for finding in outcome.findings) > 0
     for each in found:

@@ -80,7 +80,7 @@ def report(path: Path, folder: Path, checked: bool = True) -> Path:
     """Write the report of a spec into a folder and return its path; if it is not `checked`, there are no findings."""
     loaded, made = built(path)
     outcome = check(made, lambda _: None, asked=None if checked else ())
-    summary = summarise(str(path), made.model, made, outcome.findings, outcome.state_bits, ERRORS)
+    summary = summarise(str(path), made.model, made, outcome, ERRORS)
     file = folder / f"{path.stem}.html"
     file.write_text(look(summary, loaded.source, made), encoding="utf-8")
     return file
