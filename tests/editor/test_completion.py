@@ -1,0 +1,85 @@
+"""What may be written at a place, and nothing else."""
+
+import pytest
+
+from exover.editor.analysis import analyse_properties, analyse_spec
+from exover.editor.completion import proposals
+from exover.source import Source
+
+SPEC = """spec e;
+enum zone { base, dock }
+const most = 3;
+poster battery: int in 0 .. 9 = 9;
+resource power: 9;
+module nd {
+    poster speed: int in 0 .. 9 = 0;
+    state at: zone = base;
+    request goto(z: zone) returns (far: bool);
+    request stop();
+}
+module arm { request move(); }
+group all_of = nd.goto, arm.move;
+"""
+CONSTANTS = {"most", "base", "dock"}
+TERMS = {"active", "running", "stopping", "waiting", "past", "last", "used", "level", "true", "false"}
+STEPS = {"asked", "launched", "rejected", "killed", "ended"}
+
+
+def offered(text: str, properties: bool = False) -> set[str]:
+    """Return what is proposed at the end of a text behind the spec."""
+    spec = analyse_spec(Source("e.exo", SPEC))
+    if properties:
+        source = Source("e.prop", f"for e;\n{text}")
+        found = proposals(analyse_properties(source, spec), len(source.text), "properties", spec)
+    else:
+        source = Source("e.exo", SPEC + text)
+        found = proposals(analyse_spec(source, spec), len(source.text), "file")
+    return {each.text for each in found}
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("mutex q: ", {"nd", "arm", "all_of"}),
+        ("mutex q: nd.", {"goto", "stop"}),
+        ("forbid f: nd.", {"speed", "at"}),
+        ("forbid f: active(", {"nd", "arm", "all_of"}),
+        ("forbid f: active(nd.", {"goto", "stop"}),
+        ("forbid f: active(nd.goto with ", {"z", *CONSTANTS, "true", "false", "not"}),
+        ("forbid f: past(nd.goto with (z == dock and ", {"z", "far", *CONSTANTS, "true", "false", "not"}),
+        ("forbid f: active(nd.goto with z in {", {"z", *CONSTANTS, "true", "false"}),
+        ("forbid f: active(nd.goto with nd.", set()),
+        ("forbid f: active(nd.goto with z == dock) and ", {"nd", "battery", *CONSTANTS, "not", *TERMS}),
+        ("launch l: ", {"nd", "arm"}),
+        ("launch l: nd.goto(", {*CONSTANTS, "true", "false"}),
+        ("context nd.goto { check x: ", {"z", "speed", "at", "nd", "battery", *CONSTANTS, "self", "not", *TERMS}),
+        ("context nd.goto { check self.", {"z"}),
+        ("context nd.goto { uses ", {"power"}),
+        ("context nd.goto { on ok set ", {"at"}),
+        ("context nd.goto { on ok set at = ", {*CONSTANTS, "true", "false"}),
+        ("poster x: ", {"zone", "bool", "int", "real"}),
+        ("poster x: int in 0 .. ", {"most"}),
+        ("poster ", set()),
+    ],
+)
+def test_names_are_those_that_may_stand(text: str, names: set[str]) -> None:
+    assert offered(text) == names
+
+
+def test_steps_stand_in_properties_and_temporal_words_in_formulas() -> None:
+    condition = offered("property p: always (", properties=True)
+    assert condition == {"nd", "battery", *CONSTANTS, "not", *TERMS, *STEPS}
+    assert {"G", "EF", *condition} <= offered("property p: ctl ", properties=True)
+    assert "G" not in offered("property p: ", properties=True)
+    assert offered("property p: never asked(nd.goto with ", properties=True) == {
+        *CONSTANTS,
+        "z",
+        "true",
+        "false",
+        "not",
+    }
+
+
+def test_behind_what_cannot_be_read_stand_all_names() -> None:
+    assert {"nd", "zone", "battery", "all_of"} <= offered("mutex ) ")
+    assert offered("mutex ) nd.") == {"goto", "stop", "speed", "at"}
