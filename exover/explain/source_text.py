@@ -26,7 +26,8 @@ def _texts(spec: tree.Spec) -> Iterator[tuple[Span, str]]:
             case tree.Context(clauses=clauses):
                 yield from ((clause.span, format_clause(clause)) for clause in clauses)
             case tree.Resource():
-                yield item.span, format_resource(item)
+                # A renewable one stands among the rules, a consumable among the resources, where its name is.
+                yield item.name.span if item.consumable else item.span, format_resource(item)
             case tree.Mutex() | tree.MutexOver() | tree.Limit() | tree.Forbid() | tree.Launch():
                 yield item.span, format_rule(item)
             case _:

@@ -5,6 +5,7 @@ It is no interface: page and object come from one version of exover.
 
 import json
 from base64 import b64encode
+from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from exover.checks import SEVERITY
@@ -182,10 +183,20 @@ def _names(words: Description) -> Json:
             if resource.consumable
         ],
         "reasons": [{"rule": reason.rule, "because": reason.because} for reason in words.reasons],
-        "roots": [{"label": label, "node": node} for label, node in words.roots()],
+        "roots": [{"label": label, "node": node} for label, node in _roots(words)],
         "texts": list(texts),
         "nodes": nodes,
     }
+
+
+def _roots(words: Description) -> Iterator[tuple[str, int]]:
+    """Yield events and questions with their nodes; of several of one name, as the slots of a `fail`, the second is
+    called `NAME (2)`.
+    """
+    seen: Counter[str] = Counter()
+    for label, node in words.roots():
+        seen[label] += 1
+        yield (label if seen[label] == 1 else f"{label} ({seen[label]})"), node
 
 
 def _named(parameter: Parameter) -> Json:

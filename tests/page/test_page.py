@@ -23,6 +23,13 @@ mutex __proto__: constructor.toString, constructor.b because "<img src=x onerror
 // </script><svg onload="document.title = 'broken'">
 """
 
+SLOTS = """spec s;
+poster wind: int in 0 .. 9 = 0;
+resource fuel: 9 consumable = 8 by wait;
+module a { request go() instances 2 { fail windy: when wind > 5; consumes fuel 2; } request home(); }
+launch home: a.home() when wind > 7;
+"""
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
@@ -82,6 +89,30 @@ def test_every_diagram_is_drawn_whole(page: Page, path: Path, tmp_path: Path) ->
             assert page.locator("#part-diagrams svg .edge.no").count() == len(tests)
 
 
+def test_slots_have_diagrams_of_their_own_and_rules_their_texts(page: Page, tmp_path: Path) -> None:
+    spec = tmp_path / "s.exo"
+    spec.write_text(SLOTS)
+    with shown(page, report(spec, tmp_path), "rules"):
+        row = page.locator("#part-rules [data-rule=fuel]")
+        assert row.locator("pre").inner_text() == "resource fuel: 9 consumable = 8 by wait;"
+        assert row.get_attribute("aria-label") == "consumable fuel"
+        home = page.locator("#part-rules [data-rule=home]").get_by_role("link", name="launch home")
+        assert home.get_attribute("href") == "#diagrams/launch%20home"
+        nodes = {}
+        for name in ("recover a.go.windy", "recover a.go.windy (2)"):
+            go(page, f"diagrams/{name}")
+            assert page.locator("#part-diagrams select").input_value() == name
+            assert page.locator("#part-diagrams h3").inner_text() == name
+            nodes[name] = page.locator("#part-diagrams svg .node:not(.end)").first.get_attribute("data-id")
+        assert len(set(nodes.values())) == 2
+        go(page, "simulator")
+        for line in ('{"ask": "a.go"}', '{"ask": "a.go"}', '{"observe": "wind", "value": 9}'):
+            page.get_by_label("event as a JSON line").fill(line)
+            page.get_by_label("event as a JSON line").press("Enter")
+        told = page.locator("#part-simulator .shows select option").all_inner_texts()
+        assert {name for name in told if "windy" in name} == nodes.keys()
+
+
 def test_the_graph_is_that_of_exover_graph(page: Page, rover: Path) -> None:
     with shown(page, rover, "graph"):
         for box in page.locator("#part-graph input[type=checkbox]").all():
@@ -102,6 +133,8 @@ def test_a_run_steps_by_buttons_slider_and_keys(page: Page, rover: Path) -> None
         assert now.inner_text() == "start"
         page.get_by_label("one step on").click()
         assert now.inner_text() == "1"
+        told = page.get_by_label("moment of the run").get_attribute("aria-valuetext")
+        assert told == "step 1: " + page.locator("#part-runs .moment p").first.inner_text().removeprefix("Step 1: ")
         assert "go_home" in page.locator("#part-runs .moment").inner_text()
         page.locator("#part-runs .lanes").press("End")
         assert now.inner_text() == str(steps)

@@ -99,14 +99,16 @@ class Diagrams {
     return `diagrams/${encodeURIComponent(this.labelOf(root))}/${node}`;
   }
 
-  /** Return the event or question whose diagram begins at a root. */
-  labelOf(root) {
-    return this.names.roots.find(({ node }) => node === root)?.label ?? String(root);
+  /** Return the event or question whose diagram begins at a root; of several the one that is called so, or so and a number. */
+  labelOf(root, called = "") {
+    const found = this.names.roots.filter(({ node }) => node === root);
+    return (found.find(({ label }) => label.startsWith(called)) ?? found[0])?.label ?? String(root);
   }
 
-  /** Return the events and questions in whose diagrams an action names this rule. */
+  /** Return the events and questions in whose diagrams an action names this rule, or which ask whether it launches. */
   uses(rule) {
-    return this.names.roots.filter(({ node }) => this.below(node).some((each) => this.rule(each)?.rule === rule));
+    return this.names.roots.filter(({ label, node }) =>
+      label === `launch ${rule}` || this.below(node).some((each) => this.rule(each)?.rule === rule));
   }
 }
 

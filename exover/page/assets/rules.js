@@ -31,7 +31,7 @@ function ruleRow(report, diagrams, { name, kind, request, written, because, plac
   const where = diagrams ? diagrams.uses(name).map(({ label }) => link(`diagrams/${encodeURIComponent(label)}`, label)) : [];
   return el(
     "li",
-    { tabindex: -1, "data-rule": name },
+    { tabindex: -1, "data-rule": name, "aria-label": `${kind} ${name}` },
     el("h3", {}, name, " ", el("small", {}, request && kind !== "launch" ? `${kind} of ${request}` : kind)),
     written ? el("pre", {}, written) : null,
     because && !written ? el("p", {}, el("q", {}, because)) : null,

@@ -115,7 +115,7 @@ class Simulator {
     const show = (k) => replace(body, ...pathView(diagrams, told[k]));
     const first = Math.max(0, told.findIndex(speaks));
     show(first);
-    const select = choice(told.map(({ label }, k) => [String(k), label]), String(first), (k) => show(Number(k)));
+    const select = choice(told.map(({ label, root }, k) => [String(k), diagrams.labelOf(root, label)]), String(first), (k) => show(Number(k)));
     return [el("div", { class: "controls" }, labelled("diagram", select)), body];
   }
 
@@ -168,7 +168,7 @@ function pathView(diagrams, { label, root, path }) {
   return [
     frame(picture),
     el("details", {}, el("summary", {}, `the path in words (${path.length} nodes)`), el("ol", {}, steps)),
-    el("p", {}, link(`diagrams/${encodeURIComponent(label)}`, "the whole diagram")),
+    el("p", {}, link(`diagrams/${encodeURIComponent(diagrams.labelOf(root, label))}`, "the whole diagram")),
   ];
 }
 

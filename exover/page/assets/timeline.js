@@ -116,9 +116,16 @@ class Timeline {
     this.select(targets[event.key]);
   }
 
+  /** Return the moment that is looked at, in words. */
+  told() {
+    const { event } = this.run.moments[this.at];
+    return event ? `step ${this.at}: ${new Words(this.run.walker.tables, this.run.names).event(event)}` : "the start";
+  }
+
   select(moment) {
     this.at = Math.min(Math.max(moment, 0), this.run.moments.length - 1);
     this.slider.value = this.at;
+    this.slider.setAttribute("aria-valuetext", this.told());
     for (const cell of this.grid.querySelectorAll("[data-moment]")) {
       cell.classList.toggle("now", Number(cell.dataset.moment) === this.at);
     }
