@@ -12,7 +12,7 @@ import pytest
 
 from exover.certificate.check import Checker, SolverGaveUp
 from exover.certificate.table import HEADER, Refused, decode
-from exover.certificate.verify import Unreadable, read, verify
+from exover.certificate.verify import Unreadable, Verified, read, verify
 from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.packing import pack
@@ -44,6 +44,12 @@ def made(built: Build) -> Json:
     return certificate(built.compiled, built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None)
 
 
+@pytest.fixture(scope="module")
+def verified(built: Build, made: Json) -> Verified:
+    """Return what is said of the certificate as it was written."""
+    return verify(built.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20)
+
+
 def finding(made: Json, check: str, subject: str) -> Json:
     (found,) = [each for each in made["findings"] if (each["check"], each["subject"]) == (check, subject)]
     return found
@@ -55,9 +61,8 @@ def refusal(built: Build, changed: Json, expected: Json | None = None) -> str:
     return str(refused.value)
 
 
-def test_a_certificate_is_verified_and_says_what_has_no_proof(built: Build, made: Json) -> None:
-    found = verify(built.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20)
-    kinds = {(f["check"], f["verdict"], part["kind"]) for f in found.proved for part in f["proof"]["parts"] if part}
+def test_a_certificate_is_verified_and_says_what_has_no_proof(verified: Verified) -> None:
+    kinds = {(f["check"], f["verdict"], part["kind"]) for f in verified.proved for part in f["proof"]["parts"] if part}
     assert {
         ("safety", "holds", "invariant"),
         ("completeness", "holds", "invariant"),
@@ -68,21 +73,21 @@ def test_a_certificate_is_verified_and_says_what_has_no_proof(built: Build, made
         ("lockout", "holds", "layers"),
         ("rule-use", "holds", "run"),
     } <= kinds
-    assert {each["check"] for each, _ in found.unproved} <= {
+    assert {each["check"] for each, _ in verified.unproved} <= {
         "tables",
         "redundancy",
         "idle-guard",
         "starvation",
         "lockout",
     }
-    assert all(reason for _, reason in found.unproved)
+    assert all(reason for _, reason in verified.unproved)
 
 
-def test_tables_that_say_that_they_are_unchecked_are_verified_too(built: Build, made: Json) -> None:
+def test_tables_that_say_that_they_are_unchecked_are_verified_too(built: Build, made: Json, verified: Verified) -> None:
     unchecked = build(built.model, unchecked=True)
     assert unchecked.data != built.data
     proved = verify(unchecked.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20).proved
-    assert proved == verify(built.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20).proved != ()
+    assert proved == verified.proved != ()
     assert "another table" in refusal(replace(built, data=_with_flags(built.data, 2)), made)
 
 
