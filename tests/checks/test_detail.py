@@ -1,6 +1,7 @@
 """What messages of findings say of their causes beside what the check says of all subjects."""
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -41,14 +42,18 @@ property l: always (active(m.cool) leads to not active(m.cool));
 AIG = Engines(("aig",))
 
 
-def found(spec: str, properties: str = "", engines: Engines = DIAGRAMS) -> dict[tuple[str, str], Finding]:
-    """Return the findings by check and subject."""
+@cache
+def found(
+    spec: str, properties: str = "", engines: Engines = DIAGRAMS, asked: str | None = None
+) -> dict[tuple[str, str], Finding]:
+    """Return the findings by check and subject; of one check, if that is `asked`."""
     model, read = model_of(spec), NO_PROPERTIES
     if properties:
         loaded = load_properties(Source("s.prop", properties), model)
         assert isinstance(loaded.properties, Properties), loaded.diagnostics
         read = loaded.properties
-    findings = check_all(compiled(model), lambda phase: None, properties=read, engines=engines).findings
+    checks = None if asked is None else {asked}
+    findings = check_all(compiled(model), lambda phase: None, checks, read, engines=engines).findings
     return {(each.check, each.subject): each for each in findings}
 
 
@@ -101,7 +106,7 @@ FORMS = [
 
 @pytest.mark.parametrize(("said", "told"), FORMS)
 def test_a_property_is_told_in_the_words_of_its_form(said: str, told: str) -> None:
-    message = found(SPEC, f"for s; property p: {said};")["property", "p"].message
+    message = found(SPEC, f"for s; property p: {said};", asked="property")["property", "p"].message
     assert message.startswith(told)
     if "false first" in told:
         assert message.removeprefix(told).startswith("after step ")

@@ -58,6 +58,7 @@ def test_where_no_folder_can_be_made_there_is_none(monkeypatch: pytest.MonkeyPat
 INTERRUPTED = """
 import os, signal
 from exover.engines.process import uninterrupted
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which is not so where the tests run in the background
 with uninterrupted(signal.SIGINT):
     os.kill(os.getpid(), signal.SIGINT)
     print("on", flush=True)
