@@ -1,16 +1,12 @@
 """Specs of several files in an editor: each place in its own document, texts as the editor has them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from lsprotocol import types
 
 from tests.support.editing import Editor, at, place
-from tests.support.lazily import lazily
-
-types = lazily("lsprotocol.types")
 
 SPEC = 'spec demo;\ninclude "parts/arm.exo";\nmodule nd { request goto(); }\nmutex still: nd.goto, arm.home;\n'
 ARM = "// the arm\npart arm;\nmodule arm {\n    poster v: int in 0 .. 3 = 0;\n    request home();\n}\n"

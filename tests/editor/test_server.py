@@ -1,7 +1,5 @@
 """`exover lsp` asked by a real client over standard input and output."""
 
-from __future__ import annotations
-
 import ctypes
 import json
 import os
@@ -12,16 +10,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+from pygls.protocol import JsonRPCProtocol
 
 import exover
 from tests.support.editing import Editor, at, place
-from tests.support.lazily import lazily
-
-types = lazily("lsprotocol.types")
-exceptions = lazily("pygls.exceptions")
 
 ROOT = Path(__file__).resolve().parents[2]
 ROVER = (ROOT / "specs" / "rover.exo").read_text(encoding="utf-8")
@@ -127,7 +123,7 @@ def test_a_rename_that_would_break_something_is_refused(
     editor: Editor, rover: str, words: str, name: str, reason: str
 ) -> None:
     asked = types.RenameParams(at(rover), place(ROVER, words, len("request ")), name)
-    with pytest.raises(exceptions.JsonRpcException, match=reason):
+    with pytest.raises(JsonRpcException, match=reason):
         editor.run(editor.client.text_document_rename_async(asked))
 
 
@@ -237,13 +233,13 @@ def test_ten_megabytes_do_not_stop_it(editor: Editor, rover: str) -> None:
     assert editor.diagnostics(rover, bool)[0].code == "E201"
 
 
-async def asked(protocol: Any) -> object:
+async def asked(protocol: JsonRPCProtocol) -> object:
     return await protocol.send_request_async("exover/unknown", {"a": 1})
 
 
 def test_what_is_not_understood_is_refused_and_no_more(editor: Editor, rover: str) -> None:
     protocol = editor.client.protocol
-    with pytest.raises(exceptions.JsonRpcException, match=r"Method Not Found"):
+    with pytest.raises(JsonRpcException, match=r"Method Not Found"):
         editor.run(asked(protocol))
     editor.loop.call_soon_threadsafe(protocol.notify, "exover/unknown", {"a": 1})
     for raw in (b"{broken", b"[1, 2", b"\xff\xfe", b"null", b"12"):
@@ -252,7 +248,7 @@ def test_what_is_not_understood_is_refused_and_no_more(editor: Editor, rover: st
     far = types.Position(10**6, 10**6)
     assert hovered(editor, rover, far) == ""
     assert "poster `battery`" in hovered(editor, rover, place(ROVER, "battery < 15"))
-    with pytest.raises(exceptions.JsonRpcException, match="is not open"):
+    with pytest.raises(JsonRpcException, match="is not open"):
         hovered(editor, editor.uri("nowhere.exo"), far)
 
 

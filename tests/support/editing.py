@@ -1,10 +1,4 @@
-"""An editor for tests: the client of pygls, speaking to `exover lsp` over standard input and output.
-
-What pygls needs is imported when the first editor is made, or place told: it takes a second of every process that
-collects the tests.
-"""
-
-from __future__ import annotations
+"""An editor for tests: the client of pygls, speaking to `exover lsp` over standard input and output."""
 
 import asyncio
 import sys
@@ -12,15 +6,13 @@ from collections.abc import Awaitable, Callable, Coroutine
 from pathlib import Path
 from threading import Thread
 from time import monotonic
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
+
+from lsprotocol import types
+from pygls.lsp.client import LanguageClient
 
 from exover.source import Source
-from tests.support.lazily import lazily
 
-if TYPE_CHECKING:
-    from pygls.lsp.client import LanguageClient
-
-types = lazily("lsprotocol.types")
 T = TypeVar("T")
 PATIENCE = 60.0
 
@@ -45,8 +37,6 @@ class Editor:
         self.tell(self.client.initialized, types.InitializedParams())
 
     def _client(self) -> LanguageClient:
-        from pygls.lsp.client import LanguageClient
-
         client = LanguageClient("tests", "1")
 
         @client.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
