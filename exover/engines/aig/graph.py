@@ -4,7 +4,7 @@ A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); 
 and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import reduce
 from operator import or_
@@ -13,6 +13,7 @@ from exover.dataclass import dataclass
 
 FALSE, TRUE = 0, 1
 Literal = int
+WITHIN_A_STEP: Mapping[int, Literal] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,19 +45,8 @@ class Circuit:
 
     def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
-        following = {latch.node: latch.next >> 1 for latch in self.latches}
-        seen = bytearray(len(self.fanins))
-        stack = [root >> 1 for root in roots]
-        while stack:
-            node = stack.pop()
-            if not seen[node]:
-                seen[node] = 1
-                pair = self.fanins[node]
-                if pair is not None:
-                    stack += [pair[0] >> 1, pair[1] >> 1]
-                elif node in following:
-                    stack.append(following[node])
-        return tuple(latch for latch in self.latches if seen[latch.node])
+        seen = cone(self.fanins, roots, {latch.node: latch.next for latch in self.latches})
+        return tuple(latch for latch in self.latches if latch.node in seen)
 
 
 class Influence:
@@ -85,8 +75,15 @@ class Influence:
         return tuple(latch for place, latch in enumerate(self._latches) if found >> place & 1)
 
 
-def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Literal]) -> set[int]:
-    """Return the nodes that literals depend on within one step, their own included."""
+def cone(
+    fanins: Sequence[tuple[Literal, Literal] | None],
+    roots: Iterable[Literal],
+    following: Mapping[int, Literal] = WITHIN_A_STEP,
+) -> set[int]:
+    """Return the nodes that literals depend on within one step, their own included.
+
+    `following`: by latch what it is after a step, for those of which this is to be followed in any number of steps.
+    """
     seen: set[int] = set()
     stack = [root >> 1 for root in roots]
     while stack:
@@ -96,6 +93,8 @@ def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Liter
             pair = fanins[node]
             if pair is not None:
                 stack += [pair[0] >> 1, pair[1] >> 1]
+            elif node in following:
+                stack.append(following[node] >> 1)
     return seen
 
 
