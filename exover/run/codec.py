@@ -27,7 +27,7 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Int, Real, Value, from_ordinal, ordinal
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import Tables, VariableRow
+from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
@@ -111,8 +111,8 @@ class Codec:
                 return EventNumbers("l", (self._stock[name],), _LEVEL.pack(value))
             case Observe(name, value, broken):
                 number = self._variable[name]
-                data = self._broken(number, value) if broken else self._readings[number].pack((value,))
-                return EventNumbers("o", (number,), data)
+                outside = self._outside(number) if broken else b""
+                return EventNumbers("o", (number,), outside or self._readings[number].pack((value,)))
             case Abort(name, slot):
                 return EventNumbers("k", (self._request[name], slot))
             case AbortWaiting(name):
@@ -124,18 +124,20 @@ class Codec:
         """Return what the checker does not answer since no number can tell it: that a reading is out of range where
         all numbers of 64 bits are in range. It is told the fallback then.
         """
-        if not isinstance(event, Observe) or not event.broken or event.name in self._stock:
+        if not isinstance(event, Observe) or not event.broken:
             return ()
-        row = self._tables.variables[self._variable[event.name]]
-        beyond = isinstance(self._model.variable[event.name].type, Real) or _outside(row) is not None
-        return () if beyond else (_invalid("out-of-range", event),)
+        return () if self._outside(self._variable[event.name]) else (_invalid("out-of-range", event),)
 
-    def _broken(self, number: int, value: Value) -> bytes:
-        """Return a reading that is out of range; the checker itself takes its fallback for it, which is `value`."""
-        if isinstance(self._model.variables[number].type, Real):
+    def _outside(self, variable: int) -> bytes:
+        """Return a reading that is out of range, for which the checker itself takes the fallback; nothing if all that
+        can be told are in range.
+        """
+        if isinstance(self._model.variables[variable].type, Real):
             return struct.pack("=d", math.nan)
-        outside = _outside(self._tables.variables[number])
-        return self._readings[number].pack((value,)) if outside is None else _LEVEL.pack(outside)
+        row = self._tables.variables[variable]
+        if row.high < (1 << 63) - 1:
+            return _LEVEL.pack(row.high + 1)
+        return _LEVEL.pack(row.low - 1) if row.low > -(1 << 63) else b""
 
     def action(self, found: ActionNumbers, event: Event) -> Action:
         """Return an action that answers an event; raises `ValueError` if it is none."""
@@ -169,13 +171,6 @@ class Codec:
             return OWN[index], None
         reason = self._reasons[index]
         return reason.rule, reason.because
-
-
-def _outside(row: VariableRow) -> int | None:
-    """Return a number of 64 bits that is out of a range; None if there is none."""
-    if row.high < (1 << 63) - 1:
-        return row.high + 1
-    return row.low - 1 if row.low > -(1 << 63) else None
 
 
 def _invalid(code: str, event: Event) -> Invalid:
