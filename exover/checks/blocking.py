@@ -67,8 +67,9 @@ class Obstacles:
         request, place = self.reference.model.request[name], state.places[name]
         if place:
             return self._decided(state, request, place.args, waits=True)
-        found = [self._decided(state, request, args, waits=False) for args in _tried(request)]
-        return None if None in found else found[0]
+        found = (self._decided(state, request, args, waits=False) for args in _tried(request))
+        first = next(found)
+        return None if first is None or None in found else first
 
     def launchable(self, state: State, name: str) -> list[Args]:
         """Return arguments that are tried with which nothing keeps a request that is asked from a launch."""
@@ -218,11 +219,11 @@ class Obstacles:
         return any(map(is_mended, changed))
 
 
-def _tried(request: Request) -> Sequence[Args]:
-    """Return the least arguments of a request, and some others."""
+def _tried(request: Request) -> Iterator[Args]:
+    """Yield the least arguments of a request, and some others."""
     random = Random(0)
-    others = (arguments(request, random) for _ in range(TRIED)) if request.params else ()
-    return (least_arguments(request), *others)
+    yield least_arguments(request)
+    yield from (arguments(request, random) for _ in range(TRIED if request.params else 0))
 
 
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
