@@ -126,6 +126,15 @@ def test_assumptions_that_allow_nothing_are_written_down() -> None:
     assert ("assumptions", "sat") in [(name, answer) for name, _, answer in answers(text)]
 
 
+def test_a_run_that_may_not_go_on_fairly_decides_nothing() -> None:
+    """No fair run launches `m.long`, of which every report is forbidden."""
+    never = "property never_long: never active(m.long);"
+    text, verdicts = asked(STARVING, f"for starving; assume fair reports; assume never ended(m.long); {never}")
+    assert verdicts["property never_long"] == "holds"
+    assert "sat, if these runs can go on fairly: it is violated" in text
+    assert decided(text).get("property never_long", set()) <= {"holds"}
+
+
 def test_the_text_names_what_it_is_about() -> None:
     text, _ = asked(FLAWED)
     for part in (

@@ -15,7 +15,7 @@ from typing import Any
 
 from exover.dataclass import dataclass
 from exover.engines.smt.home_states import HomeStateProof
-from exover.engines.smt.lasso import TermSemantics
+from exover.engines.smt.lasso import LASSOS, Lassos, TermSemantics
 from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
 from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive
@@ -24,7 +24,7 @@ from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term, variables
 from exover.loop.formula_classes import Stuck
-from exover.model.property import Formula, Next, Until
+from exover.model.property import TRUE, Formula, Next, Until
 
 FARTHEST = 6
 """So many steps a way may have."""
@@ -38,7 +38,10 @@ BY_HOME_STATES = "reports, then ways"
 
 @dataclass
 class AlwaysPossible:
-    """Looks for moments without a way."""
+    """Looks for moments without a way.
+
+    `endless`: a run may not be able to go on fairly, as it has to, where it has come to a moment or taken a way.
+    """
 
     system: System
     stuck: Stuck
@@ -180,13 +183,23 @@ class AlwaysPossible:
                 values = forward.values(found, depth)
                 steps = self._way(values, self.stuck.way.strict)
                 if steps is None:
-                    if self._cut_off(values):
-                        return ReachingRun(forward.taken(found, depth))
-                    raise Inconclusive(
-                        "bound reached: a moment was found with no short way, and no proof that it has none"
-                    )
+                    self._confirm(values)
+                    return ReachingRun(forward.taken(found, depth))
                 self._regions.append(self._around(values, steps, self.stuck.way.strict))
         raise Inconclusive(f"bound reached: no moment of {DEEPEST} steps is without a way, nor is it known for all")
+
+    def _confirm(self, values: dict[Term, Term]) -> None:
+        """Raise `Inconclusive` unless no way leads from a state, and a run goes on from there as it has to."""
+        if not self._cut_off(values):
+            raise Inconclusive("bound reached: a moment was found with no short way, and no proof that it has none")
+        if self.endless and not self._goes_on(values):
+            raise Inconclusive("bound reached: a moment was found with no way, and no fair run that goes on from there")
+
+    def _goes_on(self, values: dict[Term, Term]) -> bool:
+        """Return whether a fair run is found that goes on from a state."""
+        onwards = self.system.into(self.terms.true)
+        onwards.initial = values
+        return Lassos(Unrolled(onwards, self.clock), fair=True, endless=True).find(TRUE, LASSOS) is not None
 
     def _cut_off(self, values: dict[Term, Term]) -> bool:
         """Return whether no allowed steps lead from a state to the goal."""

@@ -12,7 +12,7 @@ from exover.engines.smt.assumptions import AssumptionCheck
 from exover.engines.smt.concretize import ModelConcretizer, SpuriousModel
 from exover.engines.smt.houdini import Houdini
 from exover.engines.smt.justice_ranking import METHOD, JusticeRanking
-from exover.engines.smt.lasso import FoundRun, Lassos
+from exover.engines.smt.lasso import LASSOS, FoundRun, Lassos
 from exover.engines.smt.reachability import Reachability, UnreachableMoment
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.steps import SymbolicSteps
@@ -54,8 +54,6 @@ from exover.ocrd.compile import Compiled
 
 SECONDS = 60.0
 """The time for one claim, if nobody says how long it may take."""
-LASSOS = range(1, 15)
-"""Lengths of the runs that are looked for where a run has to go on for ever."""
 OPPOSITE: dict[Verdict, Verdict] = {"holds": "violated", "violated": "holds", "unknown": "unknown"}
 
 

@@ -12,6 +12,9 @@ from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.events import Kind
 from exover.model.property import Formula
 
+LASSOS = range(1, 15)
+"""Lengths of the runs that are looked for where a run has to go on for ever."""
+
 
 @dataclass(frozen=True, slots=True)
 class FoundRun:

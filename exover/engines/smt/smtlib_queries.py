@@ -67,7 +67,9 @@ class Asker:
             yield f"; It holds iff {'each' if found.every else 'one'} of its {len(found.parts)} parts does."
         for number, asked in enumerate(found.parts, 1):
             alone = len(found.parts) == 1
-            part = _Part(name if alone else f"{name} ({number})", asked, alone, found.every, number)
+            called = name if alone else f"{name} ({number})"
+            binding = claim.fair and bool(self.system.properties.assumptions)
+            part = _Part(called, asked, alone, found.every, number, binding)
             yield from self._part(part)
 
     def _part(self, part: "_Part") -> Iterator[str]:
@@ -89,7 +91,7 @@ class Asker:
             return
         reached = " ".join(f"({name} s{moment})" for moment in range(goal.least, DEPTH + 1))
         what = f"does a run of at most {DEPTH} steps come there"
-        yield from _asked(part.says(sat=True, what=what), DEPTH, [f"(or {reached})"])
+        yield from _asked(part.says(sat=True, what=what, ends=True), DEPTH, [f"(or {reached})"])
         outside = self._false_at_start(goal.formula)
         if not outside and goal.least == 0:
             return
@@ -115,7 +117,7 @@ class Asker:
         stuck = " ".join(f"(not ({quoted(f'{name} way {number}')} s))" for number in range(len(found)))
         yield "(push 1)"
         what = "is there a state from which none of these ways leads on"
-        yield f'(echo "{part.says(unsat=True, what=what)}")'
+        yield f'(echo "{part.says(unsat=True, what=what, ends=True)}")'
         yield f"(declare-const s State)\n(assert (and (lemma s) ({quoted(f'{name} since')} s) {stuck}))"
         yield "(check-sat)\n(pop 1)"
 
@@ -221,22 +223,30 @@ class Asker:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """One question of a claim: what it is called, and whether it is the only one."""
+    """One question of a claim: what it is called, and whether it is the only one.
+
+    `binding`: whether it is about fair runs, and a finite run may not be able to go on as one.
+    """
 
     name: str
     asked: Asked
     alone: bool
     every: bool
     number: int
+    binding: bool
 
-    def says(self, what: str, sat: bool = False, unsat: bool = False, all_: bool = False) -> str:
-        """Return the line before a question: what is asked, and what those answers say that decide something."""
+    def says(self, what: str, sat: bool = False, unsat: bool = False, all_: bool = False, ends: bool = False) -> str:
+        """Return the line before a question: what is asked, and what those answers say that decide something.
+
+        `ends`: it is about finite runs.
+        """
         which = f"part {self.number}"
+        fair = ", if these runs can go on fairly" if ends and self.binding else ""
         said = []
         if sat:
-            said.append(f"sat: {meaning(self.asked, 'sat', which, self.alone, self.every)}")
+            said.append(f"sat{fair}: {meaning(self.asked, 'sat', which, self.alone, self.every)}")
         if unsat:
-            answer = "all unsat" if all_ else "unsat"
+            answer = "all unsat" if all_ else f"unsat{fair}"
             said.append(f"{answer}: {meaning(self.asked, 'unsat', which, self.alone, self.every)}")
         return f"{self.name}: {what}? {', '.join(said)}"
 

@@ -186,6 +186,29 @@ def test_who_waits_for_reports_alone_waits_no_longer_in_the_end() -> None:
     assert verdicts(LASTING, f"property served: {served};")["property", "served"] == "violated"
 
 
+UNFAIR = """for unfair;
+assume fair reports;
+assume never ended(m.a);
+property after_a: from active(m.a) possible active(m.b);
+property of_trees: ctl AG (active(m.a) -> EF active(m.b));
+property after_c: from active(m.c) possible active(m.b);
+property from_start: always possible active(m.b);
+"""
+
+
+def test_a_moment_without_a_way_counts_only_if_a_fair_run_comes_there() -> None:
+    """What launches `m.a` cannot report it: no fair run does. `m.b` is never launched."""
+    made = compiled(model_of("spec unfair; module m { request a(); request b() { check past(m.b); } request c(); }"))
+    loaded = load_properties(Source("unfair.prop", UNFAIR), made.model).properties
+    assert loaded is not None
+    asked = [each for each in claims(made.model, loaded) if each.check == "property" and each.subject != "assumptions"]
+    smt = Smt(made, loaded, SECONDS)
+    found = {claim.subject: smt.judge(claim).verdict for claim in asked}
+    assert found == {"after_a": "unknown", "of_trees": "unknown", "after_c": "violated", "from_start": "violated"}
+    known = {claim.subject: judged(made, loaded, claim) for claim in asked}
+    assert known == {"after_a": True, "of_trees": True, "after_c": False, "from_start": False}
+
+
 # ---- what a run must be ----
 
 
