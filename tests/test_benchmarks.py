@@ -7,7 +7,7 @@ import pytest
 from benchmarks import __main__ as table
 from benchmarks import checks, command, engines, families, ros2
 from benchmarks.measure import Row
-from exover.checks.tasks import TaskRunner
+from exover.checks.examination import Examination
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
@@ -21,7 +21,7 @@ def test_a_coupled_module_has_23_bits(size: int) -> None:
     loaded = load(Source("family.exo", text))
     assert loaded.model is not None
     assert not loaded.diagnostics
-    assert TaskRunner(build(loaded.model).compiled, NO_PROPERTIES, ()).state_bits(lambda what: None) == 23 * size
+    assert Examination(build(loaded.model).compiled, NO_PROPERTIES).state_bits(lambda what: None) == 23 * size
     assert text == families.coupled(size)
 
 

@@ -66,20 +66,62 @@ class LoopFigures:
     state_bits: int | None
 
 
-@dataclass
-class KnownAnswers:
-    """What a store knows of the questions about one loop. `engines`: in the order in which they are asked."""
+@dataclass(frozen=True)
+class StoredLoop:
+    """What a store knows of a loop that these engines are asked about, in any order."""
 
     compiled: Compiled
     properties: Properties
     engines: Engines
     store: AnswerStore
+
+    def find(self) -> Mapping[str, Any]:
+        """Return what is kept, by question."""
+        return self.store.find(self._key)
+
+    def keep(self, answers: Mapping[str, Json]) -> None:
+        """Keep answers by question, if any of these is new."""
+        if answers.keys() - self.find().keys():
+            self.store.keep(self._key, answers)
+
+    def figures(self) -> LoopFigures | None:
+        """Return the figures, if they are known."""
+        match self.find().get(self.of_figures):
+            case {"names": [*names], "state_bits": None | int() as bits} if sorted(names) == sorted(self.engines.names):
+                return LoopFigures(tuple(names), bits)
+        return None
+
+    @cached_property
+    def _key(self) -> str:
+        """The digest of the loop: the model without its texts, the bytes of the tables without its digest, engines in
+        any order."""
+        plain = pack(replace(self.compiled.tables, digest=bytes(32), flags=0))
+        engines = replace(self.engines, names=tuple(sorted(self.engines.names)))
+        return _digest(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
+
+    @property
+    def of_figures(self) -> str:
+        """The digest of what the figures depend on: all that the properties tell apart."""
+        return _digest("figures", essence(tuple(formulas(self.properties))), self.assumed)
+
+    @cached_property
+    def assumed(self) -> str:
+        """The assumptions, as they are told apart."""
+        return essence((tuple(each.formula for each in self.properties.assumptions), int(self.properties.fair)))
+
+
+@dataclass
+class KnownAnswers:
+    """What a store knows of the questions about one loop, put to the engines of these `names` in their order."""
+
+    loop: StoredLoop
+    names: tuple[EngineName, ...]
     recalled: dict[str, Finding] = field(default_factory=dict)
     """By question the answers that were in the store, and are believed."""
 
     def answered(self, asked: Iterable[Asked]) -> dict[int, Finding]:
         """Return by number the questions whose answers are known."""
-        kept = self.store.find(self._loop)
+        kept = self.loop.find()
         found: dict[int, Finding] = {}
         for number, (check, question) in enumerate(asked if kept else ()):
             key = self._key(check, question)
@@ -88,20 +130,13 @@ class KnownAnswers:
                 found[number] = self.recalled[key] = finding
         return found
 
-    def figures(self) -> LoopFigures | None:
-        """Return the figures, if they are known."""
-        match self.store.find(self._loop).get(self._of_figures):
-            case {"names": [*names], "state_bits": None | int() as bits} if sorted(names) == sorted(self.engines.names):
-                return LoopFigures(tuple(names), bits)
-        return None
-
     def keep(self, asked: Iterable[Asked], findings: Iterable[Finding], bits: int | None, replayed: bool) -> None:
         """Keep what is settled and can be read again as it is; nothing is written if none of it is new.
 
         `replayed`: what breaks something was shown on the emitted C as well; else it is not kept. `bits`: those of a
         state; None if that is not known, which may have been for want of time.
         """
-        if self.store is NO_STORE:
+        if self.loop.store is NO_STORE:
             return
         answers: dict[str, Json] = {}
         for (check, question), finding in zip(asked, findings, strict=True):
@@ -109,38 +144,18 @@ class KnownAnswers:
             if key in self.recalled or (is_sure(finding, replayed) and self._is_read(question, finding)):
                 answers[key] = self._written(finding)
         if bits is not None:
-            answers[self._of_figures] = {"names": list(self.engines.names), "state_bits": bits}
-        if answers.keys() - self.store.find(self._loop).keys():
-            self.store.keep(self._loop, answers)
-
-    # ---- what an answer depends on ----
-
-    @cached_property
-    def _loop(self) -> str:
-        """The digest of the loop: the model without its texts, the bytes of the tables without its digest, engines in
-        any order."""
-        plain = pack(replace(self.compiled.tables, digest=bytes(32), flags=0))
-        engines = replace(self.engines, names=tuple(sorted(self.engines.names)))
-        return _digest(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
-
-    @property
-    def _of_figures(self) -> str:
-        """The digest of what the figures depend on: all that the properties tell apart."""
-        return _digest("figures", essence(tuple(formulas(self.properties))), self._assumed)
-
-    @cached_property
-    def _assumed(self) -> str:
-        return essence((tuple(each.formula for each in self.properties.assumptions), int(self.properties.fair)))
+            answers[self.loop.of_figures] = {"names": list(self.names), "state_bits": bits}
+        self.loop.keep(answers)
 
     def _key(self, check: Check, question: Question) -> str:
         """Return the digest of a question: the check, the subject, who is asked in which order, the formula of a
         property, the assumptions."""
-        said = ""
-        if check.name in OF_PROPERTIES and any(each.name == question.subject for each in self.properties.properties):
-            prop = named(self.properties, question.subject)
+        said, properties = "", self.loop.properties
+        if check.name in OF_PROPERTIES and any(each.name == question.subject for each in properties.properties):
+            prop = named(properties, question.subject)
             said = essence(prop.premise if check.name == VACUITY else (prop.form, prop.formula, prop.premise))
-        assumed = "" if check.name in OF_BYTES else self._assumed
-        return _digest(check.name, question.subject, *self.engines.names, said, assumed)
+        assumed = "" if check.name in OF_BYTES else self.loop.assumed
+        return _digest(check.name, question.subject, *self.names, said, assumed)
 
     # ---- what is kept ----
 
@@ -152,7 +167,7 @@ class KnownAnswers:
             "engine": finding.engine,
             "method": finding.method,
             "message": finding.message,
-            "events": trace and [event_json(self.compiled.model, event) for event in trace.events],
+            "events": trace and [event_json(self.loop.compiled.model, event) for event in trace.events],
             "loop_start": trace and trace.loop_start,
             "answers": trace and _deeds(trace),
         }
@@ -190,7 +205,7 @@ class KnownAnswers:
         """Return the run of events; None if they are none, if it is no lasso, or if the tables answer otherwise."""
         events: list[Event] = []
         for line in lines:
-            event = read_entries(self.compiled.model, line) if isinstance(line, dict) else Invalid("bad-event")
+            event = read_entries(self.loop.compiled.model, line) if isinstance(line, dict) else Invalid("bad-event")
             if isinstance(event, Invalid):
                 return None
             events.append(event)
@@ -202,7 +217,7 @@ class KnownAnswers:
 
     @cached_property
     def _replay(self) -> TraceReplay:
-        return TraceReplay(self.compiled.model, self.compiled.tables)
+        return TraceReplay(self.loop.compiled.model, self.loop.compiled.tables)
 
 
 def is_sure(finding: Finding, replayed: bool) -> bool:

@@ -6,9 +6,10 @@ from dataclasses import field, replace
 from typing import Protocol
 
 from exover.checks import CHECKS
-from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures
+from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
 from exover.checks.detail import detailed
 from exover.checks.engines import DIAGRAMS, Engines, compare, contradicted, first, suited, together, vacuous
+from exover.checks.examination import Examination
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.property import CHECK as PROPERTY
@@ -113,20 +114,22 @@ def check_all(
     Raises `Disagreement` if these contradict each other.
     """
     put = tuple(questions(compiled.model, asked, properties))
-    limited = limits.seconds is not None
-    spare = limits.jobs > 1 and not engines.compared
-    runner = TaskRunner(compiled, properties, put, engines, count, limited, spare)
-    answers = KnownAnswers(compiled, properties, engines, NO_STORE if engines.compared else store)
-    figures = answers.figures()
-    if engines.adaptive:
-        names = figures.names if figures else suited(engines, runner.context(progress).analysis).names
-        runner.engines = answers.engines = engines = replace(engines, names=names)
+    stored = StoredLoop(compiled, properties, engines, NO_STORE if engines.compared else store)
+    figures = stored.figures()
+    examination = Examination(compiled, properties)
+    if engines.adaptive and figures:
+        engines = replace(engines, names=figures.names)
+    elif engines.adaptive:
+        engines = suited(engines, examination.context(progress).analysis)
+    answers = KnownAnswers(stored, engines.names)
     known = answers.answered(put)
-    runner.questions = tuple(pair for number, pair in enumerate(put) if number not in known)
+    unknown = tuple(pair for number, pair in enumerate(put) if number not in known)
+    spare = limits.jobs > 1 and not engines.compared
+    runner = TaskRunner(examination, unknown, engines, count, limits.seconds is not None, spare)
     sheet = _Sheet(runner, audience, known, figures)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason
-    rows = [sheet.row(number, reason) for number in range(len(runner.questions))]
+    rows = [sheet.row(number, reason) for number in range(len(unknown))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
     found = iter([together(row) if engines.compared else first(row) for row in rows])

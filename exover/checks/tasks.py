@@ -1,26 +1,20 @@
-"""Where the questions about a model are answered, one engine and one task after the other."""
+"""The questions about a loop as tasks, one engine and one task after the other."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
-from functools import cached_property
 from math import inf
 from time import perf_counter
 
 from exover.checks.agenda import Agenda, Lot, Turn
-from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
+from exover.checks.engines import EngineName, Engines, at_once, batch_of, finding_of, judge_of
+from exover.checks.examination import Examination
 from exover.checks.finding import SEVERITIES, Counted, Finding
-from exover.checks.lasso_shortening import guesses, shortened
-from exover.checks.question import Check, Context, Question
+from exover.checks.question import Check, Question
 from exover.checks.serving import Say
 from exover.dataclass import dataclass
-from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion, Progress
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.loop.plain_runs import PlainRuns
-from exover.model.property import Properties
-from exover.ocrd.compile import Compiled
-from exover.ocrd.trace_replay import TraceReplay
 
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
@@ -30,21 +24,19 @@ TaskAnswer = Finding | int | Counted | None
 
 @dataclass
 class TaskRunner:
-    """Where the questions about a model are answered; what one answer has cost, the next need not pay.
+    """The questions about a loop as tasks, and who answers them.
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
     the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off;
     `spare`: the first engine, if it is asked all at once, may have two processes.
     """
 
-    compiled: Compiled
-    properties: Properties
+    examination: Examination
     questions: tuple[tuple[Check, Question], ...]
-    engines: Engines = DIAGRAMS
+    engines: Engines
     count: bool = False
     limited: bool = False
     spare: bool = False
-    _context: Context | None = None
     _judges: dict[str, tuple[float, Judge]] = field(default_factory=dict)
 
     # ---- tasks ----
@@ -75,7 +67,8 @@ class TaskRunner:
         place, _ = self.place(turn.numbers[0])
         if place == len(self.engines.names):
             (number,) = turn.numbers
-            say(number, self.counted(progress) if self.place(number)[1] else self.state_bits(progress))
+            figure = self.examination.counted if self.place(number)[1] else self.examination.state_bits
+            say(number, figure(progress))
             return
         name = self.engines.names[place]
         if at_once(name, self.limited):
@@ -111,7 +104,7 @@ class TaskRunner:
         """Say what an engine says that is asked all at once."""
         progress(f"all that {engine} can answer")
         spare = self.spare and engine == self.engines.names[0]
-        judge = batch_of(engine, self.engines, self.compiled, self.properties, spare)
+        judge = batch_of(engine, self.engines, self.examination.compiled, self.examination.properties, spare)
         started = perf_counter()
 
         def answer(index: int, opinion: Opinion) -> None:
@@ -128,7 +121,8 @@ class TaskRunner:
         kept = self._judges.get(engine)
         if kept is None or kept[0] * 2 < seconds < inf:
             patience = None if seconds == inf else seconds * MARGIN
-            kept = seconds, judge_of(engine, self.engines, self.compiled, self.properties, patience)
+            compiled, properties = self.examination.compiled, self.examination.properties
+            kept = seconds, judge_of(engine, self.engines, compiled, properties, patience)
             self._judges[engine] = kept
         judge = kept[1]
         check, question = self.questions[number]
@@ -143,52 +137,14 @@ class TaskRunner:
         progress(f"{question.check} {question.subject}")
         started = perf_counter()
         try:
-            return self._timed(check, check.decide(self.context(progress), question), started)
+            return self._timed(check, check.decide(self.examination.context(progress), question), started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
 
     def _timed(self, check: Check, finding: Finding, started: float) -> Finding:
-        """Return a finding, its trace of plain numbers and confirmed on the tables, with the seconds that it took."""
-        reference = self._replay.reference
-        trace = finding.trace
-        if trace:
-            trace = self._plain.of(trace, reference)
-            if trace.loop_start is not None:
-                claim = check.claim(self.compiled.model, self.properties, finding.subject)
-                if finding.engine != "aig" or guesses(claim):  # else its own are as short
-                    trace = shortened(trace, reference, claim, self.properties)
-            self._replay.confirm(trace)
-        return replace(finding, trace=trace, seconds=perf_counter() - started)
-
-    def state_bits(self, progress: Progress) -> int | None:
-        """Return the number of bits of the state; None if it is more than can be followed."""
-        return self.context(progress).analysis.state_bits
-
-    def counted(self, progress: Progress) -> Counted:
-        """Return the number of reachable states."""
-        from exover.engines.bdd.count import count_states
-
-        progress("number of states")
-        try:
-            return Counted(count_states(self.context(progress).analysis.stepper))
-        except TooLarge as reason:
-            return Counted(None, str(reason))
-
-    def context(self, progress: Progress) -> Context:
-        """Return the loop under examination."""
-        if self._context is None:
-            analysis = Analysis(self.compiled, self._replay.reference, progress, self.properties)
-            self._context = Context(self.compiled, analysis)
-        return self._context
+        """Return a finding, its trace confirmed, with the seconds that it took."""
+        return replace(self.examination.confirmed(check, finding), seconds=perf_counter() - started)
 
     def _claim(self, number: int) -> Claim:
         check, question = self.questions[number]
-        return check.claim(self.compiled.model, self.properties, question.subject)
-
-    @cached_property
-    def _replay(self) -> TraceReplay:
-        return TraceReplay(self.compiled.model, self.compiled.tables)
-
-    @cached_property
-    def _plain(self) -> PlainRuns:
-        return PlainRuns(self.compiled.model, self.properties)
+        return self.examination.claim(check, question.subject)

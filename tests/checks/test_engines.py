@@ -14,6 +14,7 @@ from exover.checks import run as runner
 from exover.checks import safety, tasks
 from exover.checks.engines import DIAGRAMS, SMALL, Engines, suited
 from exover.checks.engines import LARGE as BITS
+from exover.checks.examination import Examination
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
@@ -312,11 +313,11 @@ def test_the_bits_of_a_state_that_is_too_large_are_unknown(limits: Limits) -> No
 
 
 def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    def counted(mine: tasks.TaskRunner, progress: Progress) -> Counted:
+    def counted(mine: Examination, progress: Progress) -> Counted:
         hang()
         return Counted(0)
 
-    monkeypatch.setattr(tasks.TaskRunner, "counted", counted)
+    monkeypatch.setattr(Examination, "counted", counted)
     found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
     assert found.state_bits

@@ -13,6 +13,7 @@ from random import Random
 
 from exover.checks.agenda import Agenda
 from exover.checks.engines import EngineName, Engines
+from exover.checks.examination import Examination
 from exover.checks.finding import Finding
 from exover.checks.run import questions
 from exover.checks.tasks import TaskAnswer, TaskRunner
@@ -86,7 +87,7 @@ def _judged(
     made: Compiled, properties: Properties, engines: Engines
 ) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
     asked = tuple(questions(made.model, None, properties))
-    runner = TaskRunner(made, properties, asked, engines)
+    runner = TaskRunner(Examination(made, properties), asked, engines)
     lots = [lot for place, name in enumerate(engines.names) for lot in runner._lots(name, place * len(asked))]
     answers: dict[int, Finding] = {}
 
