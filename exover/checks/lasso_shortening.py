@@ -8,7 +8,6 @@ happen any more, nothing does: a poster is observed to read what it reads alread
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, combinations
 
-from exover.checks.run_moments import moments_of
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.formula_classes import lingering_of, path_of
@@ -22,6 +21,7 @@ from exover.model.property import (
     SomeUntil,
     parts_of,
 )
+from exover.model.run_moments import moments_of
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, end_of, run
 

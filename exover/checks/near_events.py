@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 from random import Random
 
-from exover.checks.run_moments import is_true
 from exover.model.event import ENDINGS, Ask, Ending, Event, Observe, Report
 from exover.model.expression import Compare, Cond, Const, Reading, atoms
 from exover.model.model import Model, Request
 from exover.model.property import Assumption
+from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import SlotId, State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from exover.checks.property import BROKEN
-from exover.checks.run_moments import is_true, moments_of
 from exover.model.event import Event
 from exover.model.expression import Cond, Status
 from exover.model.expression import atoms as condition_atoms
@@ -21,6 +20,7 @@ from exover.model.property import (
     atoms,
     subformulas,
 )
+from exover.model.run_moments import is_true, moments_of
 from exover.model.semantics import Reference
 from exover.model.trace import Answers, Trace, visited
 from exover.model.wording import condition_text

@@ -4,11 +4,11 @@ from collections.abc import Collection, Iterator
 
 from exover.checks.broken_finding import SHADOWS, BrokenFinding, decide_text, forbid_text, listed, never_launched
 from exover.checks.cause_wording import beyond_capacity
-from exover.checks.kleene import every, negated, some
 from exover.checks.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
 from exover.checks.rule_use import VIOLATED as UNNAMED
 from exover.checks.shadowing import Shadowing
 from exover.model.expression import And, Cond, Not, Or, Past, Status
+from exover.model.kleene import every, negated, some
 from exover.model.model import Model, Parameter
 from exover.model.ranges import decided
 from exover.model.reads import reads

@@ -17,13 +17,13 @@ from random import Random
 
 from exover.checks.finding import Finding
 from exover.checks.near_events import arguments, observations, onward, reports
-from exover.checks.run_moments import is_true
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event, Launched
 from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
 from exover.model.reads import in_question
+from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Answers, visited

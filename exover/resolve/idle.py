@@ -5,6 +5,7 @@ from typing import assert_never
 
 from exover.diagnostics import quote
 from exover.model.expression import And, Compare, Cond, Last, Not, Or, Past, Status
+from exover.model.kleene import every, negated, some
 from exover.resolve.mistakes import Mistakes
 from exover.source import Span
 
@@ -20,22 +21,13 @@ def fixed(cond: Cond) -> bool | None:
         case Compare() | Last():
             return None  # what compares constants is decided where it is read
         case Not(part):
-            truth = fixed(part)
-            return None if truth is None else not truth
+            return negated(fixed(part))
         case And(parts):
-            return _joined(parts, False)
+            return every(map(fixed, parts))
         case Or(parts):
-            return _joined(parts, True)
+            return some(map(fixed, parts))
         case _:
             assert_never(cond)
-
-
-def _joined(parts: tuple[Cond, ...], decisive: bool) -> bool | None:
-    """Return the decisive value if one part has it, the other one if all parts have that."""
-    truths = {fixed(part) for part in parts}
-    if decisive in truths:
-        return decisive
-    return None if None in truths else not decisive
 
 
 def note_fixed(mistakes: Mistakes, cond: Cond, useless: bool, so: str, span: Span) -> None:

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from exover.checks.kleene import every, negated, some
 from exover.dataclass import dataclass
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args, Ask, Event, Invalid, Killed, Launched, Rejected, Report
 from exover.model.expression import Cond
+from exover.model.kleene import every, negated, some
 from exover.model.model import Model
 from exover.model.property import (
     Atom,
