@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 from exover import pipeline
-from exover.checks import CHECKS
+from exover.checks.questions import CHECKS
 from exover.checks.run import check_all
 from exover.source import Source
 

@@ -5,8 +5,8 @@ from functools import partial
 
 from benchmarks import families
 from benchmarks.measure import Row, median_seconds
-from exover.checks.engines import PORTFOLIO
 from exover.checks.run import CheckOutcome
+from exover.checks.schedule.engines import PORTFOLIO
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import Build, build, check, load, unanswered
 from exover.rendering import look, summarise

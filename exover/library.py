@@ -14,7 +14,7 @@ from typing import get_args
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
-from exover.checks.limits import NO_LIMITS, TimeUp, interrupted, limits_from
+from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted, limits_from
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable

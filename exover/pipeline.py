@@ -18,11 +18,11 @@ from exover.source import Source
 
 if TYPE_CHECKING:
     from exover.bounds.events import EventBounds
-    from exover.checks.answers import AnswerStore
-    from exover.checks.engines import Engines
     from exover.checks.finding import Finding
-    from exover.checks.limits import Limits
     from exover.checks.run import Audience, CheckOutcome
+    from exover.checks.schedule.answers import AnswerStore
+    from exover.checks.schedule.engines import Engines
+    from exover.checks.schedule.limits import Limits
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
     from exover.model.difference import Compared
@@ -128,10 +128,10 @@ def check(
     `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted. What the store
     knows is not asked.
     """
-    from exover.checks.answers import NO_STORE
-    from exover.checks.engines import PORTFOLIO
-    from exover.checks.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
     from exover.checks.run import NOBODY, check_all
+    from exover.checks.schedule.answers import NO_STORE
+    from exover.checks.schedule.engines import PORTFOLIO
+    from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
 
     limits = limits or NO_LIMITS
     who = engines or PORTFOLIO
@@ -277,17 +277,17 @@ def emit(
 
             return dot.emit(model, tables, model.name)
         case "smt2":
-            from exover.checks import claims
+            from exover.checks.questions import claims
             from exover.emit import smtlib
 
             return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name, deadline)
         case "smv":
-            from exover.checks import claims
+            from exover.checks.questions import claims
             from exover.emit import smv
 
             return smv.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
         case "aiger":
-            from exover.checks import claims
+            from exover.checks.questions import claims
             from exover.emit import aiger
 
             return aiger.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
@@ -326,7 +326,7 @@ def diff(
     Berkeley ABC, empty if it is not to help. When the time is over, it is told what is known by then.
     """
     from exover import __version__
-    from exover.checks.limits import NO_LIMITS, TimeUp, interrupted
+    from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted
     from exover.diff.compare import differences, judged
     from exover.engines.aig.comparison import Allowance
     from exover.model.difference import Compared

@@ -6,7 +6,7 @@ All of it is Python without extension modules: nothing is asked of an engine.
 import json
 from typing import Any
 
-from exover.checks import SEVERITY
+from exover.checks.questions import SEVERITY
 from exover.diagnostics import render_all
 from exover.model.wire import escaped
 from exover.pipeline import build, load

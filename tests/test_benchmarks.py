@@ -7,7 +7,7 @@ import pytest
 from benchmarks import __main__ as table
 from benchmarks import checks, command, engines, families, ros2
 from benchmarks.measure import Row
-from exover.checks.examination import Examination
+from exover.checks.schedule.examination import Examination
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import build, load, load_properties
 from exover.source import Source

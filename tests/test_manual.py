@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks import CHECKS
+from exover.checks.questions import CHECKS
 from exover.checks.run import check_all
 from exover.diagnostics import CODES, Diagnostic
 from exover.gate.reading import read_binding

@@ -5,18 +5,18 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Protocol
 
-from exover.checks import CHECKS
-from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
-from exover.checks.detail import detailed
-from exover.checks.engines import DIAGRAMS, Engines, compare, contradicted, first, suited, together, vacuous
-from exover.checks.examination import Examination
+from exover.checks.causes.detail import detailed
 from exover.checks.finding import Counted, Finding
-from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
-from exover.checks.property import CHECK as PROPERTY
-from exover.checks.property import coherence
-from exover.checks.question import Check, Question
-from exover.checks.tasks import TaskAnswer, TaskRunner
-from exover.checks.workers import Lost, alone, spread
+from exover.checks.questions import CHECKS
+from exover.checks.questions.property import CHECK as PROPERTY
+from exover.checks.questions.property import coherence
+from exover.checks.questions.question import Check, Question
+from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
+from exover.checks.schedule.engines import DIAGRAMS, Engines, compare, contradicted, first, suited, together, vacuous
+from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, Limits
+from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
+from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
 from exover.loop.claim import Progress

@@ -11,13 +11,13 @@ from pathlib import Path
 from time import monotonic
 
 from exover import __version__
-from exover.checks import SEVERITY
-from exover.checks.answers import AnswerStore
-from exover.checks.detail import out_of_range
-from exover.checks.engines import PORTFOLIO, Engines
+from exover.checks.causes.detail import out_of_range
 from exover.checks.finding import Finding
-from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.checks.questions import SEVERITY
 from exover.checks.run import CheckOutcome
+from exover.checks.schedule.answers import AnswerStore
+from exover.checks.schedule.engines import PORTFOLIO, Engines
+from exover.checks.schedule.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one

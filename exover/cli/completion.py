@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import shtab
 
-from exover.checks import SEVERITY
+from exover.checks.questions import SEVERITY
 from exover.cli import docs
 from exover.cli.arguments import parser
 from exover.cli.parsing import Lists

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision

@@ -4,9 +4,9 @@ import argparse
 from collections.abc import Sequence
 from contextlib import nullcontext
 
-from exover.checks import SEVERITY
-from exover.checks.choice import ERRORS, asked
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.questions import SEVERITY
+from exover.checks.questions.choice import ERRORS, asked
+from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 from typing import Literal, assert_never
 
-from exover.checks.engines import DIAGRAMS, PORTFOLIO, Engines
+from exover.checks.schedule.engines import DIAGRAMS, PORTFOLIO, Engines
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.engines.process import NotRunnable

@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing
 from importlib.util import find_spec
 from time import monotonic
 
-from exover.checks import SEVERITY
+from exover.checks.questions import SEVERITY
 from exover.cli.files import read_source, read_spec, refuse_twice, standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out

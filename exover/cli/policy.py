@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Collection
 from pathlib import Path
 
-from exover.checks import SEVERITY
-from exover.checks.choice import ALL, CheckSelection, asked, unknown
+from exover.checks.questions import SEVERITY
+from exover.checks.questions.choice import ALL, CheckSelection, asked, unknown
 from exover.cli.files import read_source, read_text, shown
 from exover.cli.status import CliError
 from exover.cli.streams import complain

@@ -15,8 +15,8 @@ from time import monotonic
 from typing import Any
 
 from exover import __version__
-from exover.checks.limits import INTERRUPTED
-from exover.checks.workers import GRACE, ended, process_of
+from exover.checks.schedule.limits import INTERRUPTED
+from exover.checks.schedule.workers import GRACE, ended, process_of
 from exover.cli.files import shown
 from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus

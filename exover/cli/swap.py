@@ -2,7 +2,7 @@
 
 import argparse
 
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import ExitStatus

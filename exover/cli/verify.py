@@ -5,7 +5,7 @@ import json
 import os
 from typing import TYPE_CHECKING
 
-from exover.checks import SEVERITY
+from exover.checks.questions import SEVERITY
 from exover.cli.files import read_bytes, read_properties, read_spec
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out

@@ -8,8 +8,8 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from exover.checks import SEVERITY
 from exover.checks.finding import Finding, FindingWord
+from exover.checks.questions import SEVERITY
 from exover.emit.describe import Description
 from exover.explain.source_text import written
 from exover.graph.interactions import InteractionGraph, interactions

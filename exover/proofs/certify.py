@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from hashlib import sha256
 
 from exover.certificate.verify import FORMAT
-from exover.checks import claims
 from exover.checks.finding import Finding
+from exover.checks.questions import claims
 from exover.loop.claim import Claim, Progress
 from exover.model.index import ModelIndex
 from exover.model.model import Model

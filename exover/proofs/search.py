@@ -7,7 +7,7 @@ from functools import cached_property
 
 from exover.certificate.check import State
 from exover.checks.finding import Finding
-from exover.checks.property import UNFAIR
+from exover.checks.questions.property import UNFAIR
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun

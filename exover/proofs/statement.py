@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.checks.demands import demands
+from exover.checks.questions.demands import demands
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound

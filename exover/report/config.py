@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
-from exover.checks.choice import ALL, CheckSelection, unknown
+from exover.checks.questions.choice import ALL, CheckSelection, unknown
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, Severity, did_you_mean, quote
 from exover.model.model import Location

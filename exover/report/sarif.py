@@ -9,8 +9,8 @@ from pathlib import PurePath
 from typing import Any
 from urllib.parse import quote
 
-from exover.checks import CHECKS, SEVERITY
 from exover.checks.finding import Finding
+from exover.checks.questions import CHECKS, SEVERITY
 from exover.loop.claim import Verdict
 from exover.manual import Page, pages
 from exover.model.event import Event, Observe

@@ -5,8 +5,8 @@ from random import Random
 
 import pytest
 
-from exover.checks import CHECKS, claims
-from exover.checks.question import Context, Question
+from exover.checks.questions import CHECKS, claims
+from exover.checks.questions.question import Context, Question
 from exover.model.model import NOWHERE
 from exover.model.property import NO_PROPERTIES, Negation, Properties
 from exover.ocrd.compile import Compiled

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from exover.checks import starvation
+from exover.checks.questions import starvation
 from exover.checks.run import check_all
 from exover.model.model import NOWHERE, Model
 from exover.model.property import (

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.property import VACUOUS
+from exover.checks.questions.property import VACUOUS
 from exover.checks.run import check_all
 from exover.model.model import Model
 from exover.model.semantics import Reference

@@ -4,11 +4,11 @@ from random import Random
 
 import pytest
 
-from exover.checks import property as property_check
-from exover.checks import starvation
-from exover.checks.engines import Engines
 from exover.checks.lasso_shortening import shortened
+from exover.checks.questions import property as property_check
+from exover.checks.questions import starvation
 from exover.checks.run import check_all
+from exover.checks.schedule.engines import Engines
 from exover.loop.claim import Claim
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.expression import Status

@@ -2,8 +2,8 @@
 
 import pytest
 
-from exover.checks.engines import EngineName
 from exover.checks.run import check_all
+from exover.checks.schedule.engines import EngineName
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import every_engine

@@ -15,11 +15,11 @@ from time import monotonic
 import pytest
 
 from benchmarks.engines import TEAMS
-from exover.checks import CHECKS
-from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding
-from exover.checks.limits import limits_from
+from exover.checks.questions import CHECKS
 from exover.checks.run import NOBODY, Audience, Nobody, check_all
+from exover.checks.schedule.engines import PORTFOLIO, Engines
+from exover.checks.schedule.limits import limits_from
 from exover.cli.files import read_properties, read_spec
 from exover.engines.aig import abc
 from exover.engines.process import NotRunnable

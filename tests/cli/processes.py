@@ -32,8 +32,9 @@ import os
 import sys
 import time
 from pathlib import Path
-from exover.checks import run, safety
-from exover.checks.question import Check, requests
+from exover.checks import run
+from exover.checks.questions import safety
+from exover.checks.questions.question import Check, requests
 from exover.cli.main import main
 
 def decide(context, question):

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import exover
-from exover.checks.tasks import TaskRunner
+from exover.checks.schedule.tasks import TaskRunner
 from exover.cli import answer_cache, report_cache
 from exover.cli.answer_cache import AnswerFiles
 from tests.cli.specs import written

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks import SEVERITY
+from exover.checks.questions import SEVERITY
 from tests.cli.specs import DEAF, SHADOWED, SPEC
 
 ERRORS = [name for name, severity in SEVERITY.items() if severity == "error"]

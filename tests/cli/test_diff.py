@@ -10,7 +10,7 @@ import pytest
 
 import exover.cli.check
 import exover.cli.diff
-from exover.checks.limits import TimeUp
+from exover.checks.schedule.limits import TimeUp
 from exover.engines.aig.comparison import Comparison
 from tests.support.launches import LINKED, chain
 

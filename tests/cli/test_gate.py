@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from exover.checks.finding import Counted
-from exover.checks.limits import Limits
+from exover.checks.schedule.limits import Limits
 from exover.cli.check import decide
 from exover.cli.policy import find_config
 from exover.model.property import NO_PROPERTIES

@@ -189,8 +189,9 @@ def test_jobs_are_the_cores_that_we_may_use(monkeypatch: pytest.MonkeyPatch) -> 
 
 HUNGRY = """
 import sys
-from exover.checks import run, safety
-from exover.checks.question import Check, requests
+from exover.checks import run
+from exover.checks.questions import safety
+from exover.checks.questions.question import Check, requests
 from exover.cli.main import main
 
 def decide(context, question):

@@ -127,7 +127,9 @@ def test_a_damaged_entry_is_none(damage: str, run, spec: Path, decided: list[str
 
 
 def test_what_is_unknown_is_not_kept(run, spec: Path, decided: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exover.checks.tasks.TaskRunner.task", lambda *parts: (_ for _ in ()).throw(MemoryError))
+    monkeypatch.setattr(
+        "exover.checks.schedule.tasks.TaskRunner.task", lambda *parts: (_ for _ in ()).throw(MemoryError)
+    )
     run("check", spec, "--jobs", "2")
     assert not kept(spec)
 

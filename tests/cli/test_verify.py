@@ -6,7 +6,7 @@ from shutil import which
 
 import pytest
 
-from exover.checks.limits import TimeUp
+from exover.checks.schedule.limits import TimeUp
 from exover.cli.main import main
 
 

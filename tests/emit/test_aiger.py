@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.engines import DIAGRAMS
+from exover.checks.schedule.engines import DIAGRAMS
 from exover.cli.main import main
 from exover.engines.aig import abc
 from exover.engines.aig.aiger import Document

@@ -8,7 +8,7 @@ from time import monotonic
 
 import pytest
 
-from exover.checks import claims
+from exover.checks.questions import claims
 from exover.checks.run import check_all
 from exover.cli.main import main
 from exover.emit import smtlib

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from exover.checks.question import Context
+from exover.checks.questions.question import Context
 from exover.engines.bdd.analysis import Analysis
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.semantics import Reference

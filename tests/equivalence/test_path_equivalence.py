@@ -8,8 +8,8 @@ from typing import NoReturn
 
 import pytest
 
-from exover.checks import tables as check
-from exover.checks.question import Context, Question
+from exover.checks.questions import tables as check
+from exover.checks.questions.question import Context, Question
 from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, learned
 from exover.equivalence.path_equivalence import PathComparison, UndecidedPaths, merged_order

@@ -7,8 +7,8 @@ from random import Random
 
 import pytest
 
-from exover.checks.engines import PORTFOLIO
 from exover.checks.run import check_all
+from exover.checks.schedule.engines import PORTFOLIO
 from exover.engines.smt.solver import Clock, Prover
 from exover.equivalence.engine import Z3
 from exover.equivalence.record_equivalence import kinds_of_events

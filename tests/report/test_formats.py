@@ -14,8 +14,8 @@ from typing import Any
 import jsonschema
 import pytest
 
-from exover.checks import CHECKS
 from exover.checks.finding import Baselined, Finding, Waived
+from exover.checks.questions import CHECKS
 from exover.manual import pages
 from exover.model.event import Ask, Observe, Violated
 from exover.model.model import NOWHERE, Location, Resource

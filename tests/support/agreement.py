@@ -11,13 +11,13 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from random import Random
 
-from exover.checks.agenda import Agenda
-from exover.checks.engines import EngineName, Engines
-from exover.checks.examination import Examination
 from exover.checks.finding import Finding
 from exover.checks.run import questions
-from exover.checks.tasks import TaskAnswer, TaskRunner
-from exover.checks.workers import Lost, alone
+from exover.checks.schedule.agenda import Agenda
+from exover.checks.schedule.engines import EngineName, Engines
+from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
+from exover.checks.schedule.workers import Lost, alone
 from exover.engines.smv.program import find
 from exover.model.model import Model
 from exover.model.property import Properties

@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 from random import Random
 
-from exover.checks import property as property_check
-from exover.checks import vacuity
 from exover.checks.finding import Finding
-from exover.checks.question import Check, Context, Question
+from exover.checks.questions import property as property_check
+from exover.checks.questions import vacuity
+from exover.checks.questions.question import Check, Context, Question
 from exover.engines.bdd.analysis import Analysis
 from exover.model.model import NOWHERE
 from exover.model.property import (

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from exover.checks.engines import Engines
 from exover.checks.run import check_all
+from exover.checks.schedule.engines import Engines
 from exover.engines.aig import liveness
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from exover.checks import starvation
+from exover.checks.questions import starvation
 from exover.engines.aig.answer import Open, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso

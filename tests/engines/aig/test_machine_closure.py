@@ -2,7 +2,7 @@
 
 import pytest
 
-from exover.checks import property as property_check
+from exover.checks.questions import property as property_check
 from exover.engines.aig.answer import Answer, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.engine import Aig

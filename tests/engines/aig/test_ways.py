@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from exover.checks import deadlock, lockout
+from exover.checks.questions import deadlock, lockout
 from exover.engines.aig import pdr, ways
 from exover.engines.aig.answer import Answer
 from exover.engines.aig.beginnings import Beginnings

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from exover.checks import claims
+from exover.checks.questions import claims
 from exover.checks.run import check_all
 from exover.engines.smt import Smt
 from exover.engines.smt.concretize import SpuriousModel, as_doubles

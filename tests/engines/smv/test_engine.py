@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from exover.checks import claims
+from exover.checks.questions import claims
 from exover.engines.aig.passes import enough_passes
 from exover.engines.process import NotRunnable, run
 from exover.engines.smv import engine, find

@@ -1,0 +1,114 @@
+"""What is added to findings whose run ends where a request waits or is refused: by which rule."""
+
+from itertools import islice, takewhile
+
+from exover.checks.causes.blocking import Blocked, Forbidden
+from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, forbid_text, never_launched
+from exover.checks.causes.cause_wording import asked_text, reason_text
+from exover.checks.causes.near_events import least_arguments
+from exover.model.model import Launch
+from exover.model.state import State
+
+LINKS = 4
+"""So many causes of causes are told."""
+MENDED, LATER = "once all else is mended, ", "in a later state "
+"""How it is told that something is so only in a state that random runs come to from the end of the run."""
+
+
+def of_obligation(broken: BrokenFinding) -> str:
+    """Return what refuses the launch at the end of its run."""
+    (launch,) = (each for each in broken.model.launches if each.name == broken.finding.subject)
+    return "; ".join([broken.finding.message, *refused(broken, launch)])
+
+
+def refused(broken: BrokenFinding, launch: Launch) -> list[str]:
+    """Return what the last step of a run refused a required launch for, if it did."""
+    state = broken.end
+    found = broken.obstacles.refusal(state, launch) if state else None
+    return [_link(broken, state, found)] if state and found else []
+
+
+def of_starvation(broken: BrokenFinding) -> str:
+    """Return by what the request waits at the end of its run."""
+    state, name = broken.end, broken.finding.subject
+    told = held_up(broken, state, name) if state is not None and state.places[name] else []
+    return "; ".join([broken.finding.message, *told])
+
+
+def held_up(broken: BrokenFinding, state: State, name: str) -> list[str]:
+    """Return by what a request waits in a state, and launch rules that require again what holds it up; at the end of a
+    lasso also what else holds it up in the loop.
+    """
+    found = broken.obstacles.blocked(state, name)
+    if found is None:
+        return []
+    links = broken.obstacles.chain(state, name)
+    told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
+    return [_link(broken, there, each) for there, each in told] + _elsewhere(broken, found)
+
+
+def _elsewhere(broken: BrokenFinding, last: Blocked) -> list[str]:
+    """Return by what else a request waits in the loop of a lasso than at its end, as one part of a sentence."""
+    others: dict[str, str] = {}
+    for state in broken.loop:
+        found = broken.obstacles.blocked(state, last.request.name)
+        if found is not None and found.waits and found.reason.rule not in (last.reason.rule, *others):
+            others[found.reason.rule] = reason_text(broken.model, state, found)
+    told = list(others.values())
+    more = [f"{len(told) - SHADOWS} more"] if len(told) > SHADOWS else []
+    return [f"earlier in the loop by {'; by '.join([*told[:SHADOWS], *more])}"] if told else []
+
+
+def of_deadlock(broken: BrokenFinding) -> str:
+    """Return by what the request waits at the end of its run, and what would mend that and cannot be either."""
+    state, name = broken.end, broken.finding.subject
+    first = None if state is None else broken.obstacles.blocked(state, name)
+    if state is None or first is None:
+        return broken.finding.message
+    return f"{broken.finding.message}; {_chain(broken, state, name)}"
+
+
+def of_lockout(broken: BrokenFinding) -> str:
+    """Return by what the request waits at the end of its run, or what refuses an ask of it whatever follows."""
+    state, request = broken.end, broken.model.request[broken.finding.subject]
+    if state is None or state.places[request.name]:
+        return of_deadlock(broken)
+    never = never_launched(broken, [request.name])
+    stuck = kept_from_launch(broken, state, request.name)
+    if not stuck:
+        args = next(iter(broken.obstacles.launchable(state, request.name)), least_arguments(request))
+        stuck = [f"{asked_text(request, args)} would be launched, but the assumptions leave no such step"]
+    return "; ".join([broken.finding.message, *never, *stuck])
+
+
+def kept_from_launch(broken: BrokenFinding, state: State, name: str) -> list[str]:
+    """Return what keeps a request from a launch from a state on, as one part of a sentence, if something does."""
+    _, last = broken.obstacles.stays(state, name)
+    return [] if last is None else [_chain(broken, state, name)]
+
+
+def _chain(broken: BrokenFinding, state: State, name: str) -> str:
+    """Return what keeps a request from a launch in a state, and what would mend that and cannot be either."""
+    links = islice(broken.obstacles.chain(state, name), LINKS)
+    return "; ".join(_link(broken, there, each) for there, each in links)
+
+
+def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launch) -> str:
+    if isinstance(link, Launch):
+        return f"launch rule `{link.name}` requires `{link.request}` there"
+    asked, so = asked_text(link.request, link.args), _so(broken, state, link)
+    if isinstance(link, Forbidden):
+        return f"{so}{asked} would be launched, but {forbid_text([link.assumption])} the step"
+    by = reason_text(broken.model, state, link)
+    if so != LATER and broken.end is not None and by != reason_text(broken.model, broken.end, link):
+        by = reason_text(broken.model, state, link, LATER.strip())
+    if link.waits and broken.end is not None and broken.end.places[link.request.name]:
+        return f"{so}`{link.request.name}` waits by {by}"
+    return f"{so}{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
+
+
+def _so(broken: BrokenFinding, state: State, link: Blocked | Forbidden) -> str:
+    """Return how what is so in a state that random runs come to is told, if it is not so at the end of the run."""
+    if broken.end is None or state is broken.end or broken.obstacles.is_so(link, broken.end):
+        return ""
+    return MENDED if isinstance(link, Blocked) and broken.obstacles.is_alone(link, state) else LATER

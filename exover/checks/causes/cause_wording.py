@@ -1,0 +1,141 @@
+"""What keeps a request from a launch, and what there is in a state, in words."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+from exover.checks.causes.blocking import Blocked, reason_reads
+from exover.model.evaluate import NOTHING, Scope, applies, bind, value_of
+from exover.model.event import Args
+from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
+from exover.model.model import Consumption, Model, Request, Resource, Share
+from exover.model.reads import Read
+from exover.model.state import State
+from exover.model.wording import named_text, value_text
+
+MOST = 6
+"""So many values are told of a moment."""
+
+
+def asked_text(request: Request, args: Args) -> str:
+    """Return a request with the arguments with which it is asked."""
+    return f"`{request.name}({named_text(request.params, args)})`"
+
+
+def reason_text(model: Model, state: State, link: Blocked, where: str = "there") -> str:
+    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active,
+    with the arguments that are read.
+
+    Of a consumable it is the level.
+    """
+    request, reason = link.request, link.reason
+    because = f" ({reason.because})" if reason.because else ""
+    wants = _wanted(model, state, link)
+    more = f" (it wants {wants} of {model.resource[reason.rule].capacity})" if wants else ""
+    guards = [guard.condition for guard in request.guards if guard.name == reason.rule]
+    rules = [rule.condition for rule in model.rules if rule.name == reason.rule]
+    values = bind(request.params, link.args)
+    asked = dict.fromkeys(term.name for guard in guards for term in operands(guard) if isinstance(term, Param))
+    given = [f"{name} == {value_text(values[name])}" for name in asked]
+    read = reason_reads(model, state, request, reason)
+    told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]))
+    return ", ".join([f"`{reason.rule}`{because}{more}", *told])
+
+
+def _wanted(model: Model, state: State, link: Blocked) -> int:
+    """Return how much a request wants of the resource that is in its way, if that is more than there can be; else 0."""
+    resource, request = model.resource.get(link.reason.rule), link.request
+    if resource is None:
+        return 0
+    scope = Scope(bind(request.params, link.args))
+    return _beyond(request, resource, lambda when: applies(model, state, when, scope))
+
+
+def beyond_capacity(model: Model, request: Request) -> Iterator[str]:
+    """Yield of which resources a request wants more than there is, whatever its arguments."""
+    for resource in model.resources:
+        wants = _beyond(request, resource, lambda when: when is None)
+        if wants:
+            yield f"it wants {wants} of `{resource.name}`, of which there are {resource.capacity}"
+
+
+def _beyond(request: Request, resource: Resource, counts: Callable[[Cond | None], bool]) -> int:
+    """Return how much a request wants by the clauses that count, if that is more than there can be; else 0."""
+    clauses: Iterable[Share | Consumption] = (*request.shares, *request.consumptions)
+    wants = sum(each.amount for each in clauses if each.resource == resource.name and counts(each.when))
+    return wants if wants > resource.capacity else 0
+
+
+def arguments_read(conditions: Iterable[Cond]) -> dict[Read, list[str]]:
+    """Return what conditions read of slots, waiting places and pasts beside that they are taken: the arguments, by
+    name; none of them where it is only whether a slot is running or stopping.
+    """
+    found: dict[Read, list[str]] = {}
+    for each in (each for condition in conditions for each in atoms(condition)):
+        match each:
+            case Status(phase, request, where) if where is not None or phase in ("running", "stopping"):
+                read = Read("waiting" if phase == "waiting" else "active", request)
+            case Past(request, where) if where is not None:
+                read = Read("past", request)
+            case _:
+                continue
+        names = (term.name for term in operands(where) if isinstance(term, Param)) if where else ()
+        found.setdefault(read, []).extend(names)
+    return found
+
+
+def read_there(
+    model: Model,
+    state: State,
+    read: Iterable[Read],
+    given: Sequence[str] = (),
+    where: str = "there",
+    asked: Mapping[Read, Sequence[str]] = MappingProxyType({}),
+) -> list[str]:
+    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
+
+    `asked`: the arguments that are told, too.
+    """
+    told = list(given)
+    for each in dict.fromkeys(read):
+        found = _taken(state, each) if each in asked else []
+        named = (_named(model.request[each.name], phase, values, asked[each]) for phase, values in found)
+        told += dict.fromkeys(named) if found else [_read_text(model, state, each)]
+    more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
+    return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
+
+
+def _taken(state: State, read: Read) -> list[tuple[str, Args]]:
+    """Return what stands in slots, the waiting place or the past of a request, with how that is called."""
+    place, past = state.places[read.name], state.past[read.name]
+    match read.kind:
+        case "active":
+            return [(slot.phase, slot.args) for slot in state.slots[read.name] if slot]
+        case "waiting":
+            return [("waiting", place.args)] if place else []
+        case _:
+            return [("past", past)] if past is not None else []
+
+
+def _named(request: Request, phase: str, values: Args, names: Sequence[str]) -> str:
+    bound = bind((*request.params, *request.results)[: len(values)], values)
+    told = ", ".join(f"{name} == {value_text(value)}" for name, value in bound.items() if name in names)
+    return f"{phase}({request.name} with {told})" if told else f"{phase}({request.name})"
+
+
+def _read_text(model: Model, state: State, read: Read) -> str:
+    match read.kind:
+        case "active":
+            phases = {slot.phase for slot in state.slots[read.name] if slot}
+            return f"{'stopping' if phases == {'stopping'} else 'active' if phases else 'not active'}({read.name})"
+        case "waiting":
+            return f"waiting({read.name})" if state.places[read.name] else f"not waiting({read.name})"
+        case "past":
+            return f"past({read.name})" if state.past[read.name] is not None else f"not past({read.name})"
+        case "last":
+            return f"last({read.name}) == {state.last[read.name]}"
+        case "level":
+            return f"level({read.name}) == {state.levels[read.name]}"
+        case "reading":
+            return f"{read.name} == {value_text(state.readings[read.name])}"
+        case "used":
+            return f"used({read.name}) == {value_of(model, state, Used(read.name), NOTHING)}"

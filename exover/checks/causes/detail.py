@@ -1,0 +1,144 @@
+"""What the run of a finding, the model and the properties add to what its check says of every subject."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from exover.checks.causes.blocked_detail import (
+    held_up,
+    kept_from_launch,
+    of_deadlock,
+    of_lockout,
+    of_obligation,
+    of_starvation,
+    refused,
+)
+from exover.checks.causes.blocking import Obstacles
+from exover.checks.causes.broken_finding import BrokenFinding, never_launched
+from exover.checks.causes.cause_wording import arguments_read, read_there
+from exover.checks.causes.property_detail import conditions, false_first, how_broken, owed, requests_named
+from exover.checks.causes.remedy import advice
+from exover.checks.causes.shadow_detail import of_reachability, of_redundancy, of_rule_use
+from exover.checks.causes.shadowing import RULES, WithoutRules, shadows
+from exover.checks.finding import Finding
+from exover.checks.questions.property import BROKEN, VIOLATED, named
+from exover.loop.claim import CONTRADICTORY
+from exover.model.model import Model
+from exover.model.property import Formula, Properties
+from exover.model.ranges import FixedComparison, decided
+from exover.model.reads import reads
+from exover.model.semantics import Reference
+from exover.model.state import State
+
+SEARCHED = ("rule-use", "reachability", "redundancy")
+"""Checks whose causes are looked for in steps near the runs of other findings."""
+RUNLESS = ("consistency", "tables")
+"""Checks that are not about runs, whatever is assumed."""
+
+
+def detailed(
+    model: Model, properties: Properties, findings: Sequence[Finding], is_late: Callable[[], bool] = lambda: False
+) -> Iterator[Finding]:
+    """Yield the findings, those that are violated with all that is known of their causes in their messages.
+
+    Nothing is looked for by runs of the reference interpreter once `is_late`.
+    """
+    reference = Reference(model)
+    without = WithoutRules(model)
+    obstacles = Obstacles(reference, without, properties.assumptions, is_late)
+    verdicts = {(each.check, each.subject): each.verdict for each in findings}
+    broken = [each for each in findings if each.verdict == "violated"]
+    dead = {each.subject for each in broken if each.check == "rule-use"}
+    contradictory = any(CONTRADICTORY in each.message for each in broken)
+    searched = [e for e in broken if e.check in SEARCHED and (e.check != "redundancy" or e.subject not in dead)][:RULES]
+    unlaunched = frozenset(each.subject for each in broken if each.check == "reachability")
+    looks = searched and not contradictory and not is_late()
+    looking = shadows(reference, without, properties.assumptions, findings) if looks else None
+    for finding in findings:
+        add = DETAILS.get(finding.check)
+        if finding.verdict != "violated" or CONTRADICTORY in finding.message:
+            yield finding
+        elif contradictory and finding.check not in RUNLESS and not (finding.trace and finding.trace.moments):
+            yield replace(finding, message=f"{CONTRADICTORY}, mend that first; {finding.message}")
+        elif add is None:
+            yield finding
+        else:
+            near = looking if finding in searched and not is_late() else None
+            told = add(BrokenFinding(reference, properties, finding, obstacles, near, verdicts, unlaunched))
+            yield replace(finding, message=told)
+
+
+def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
+    """Yield, in words, which comparisons of properties and assumptions ranges decide, whatever happens."""
+    stated = [(f"property `{each.name}`", each.formula, each.location) for each in properties.properties]
+    stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
+    for what, formula, where in stated:
+        for each in _decided(model, formula):
+            yield f"{where}: in {what}, {each}"
+
+
+def _never_true(model: Model, formula: Formula) -> list[str]:
+    """Return, in words, which comparisons of a formula are false whatever happens."""
+    return [str(each) for each in _decided(model, formula) if not each.truth]
+
+
+def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
+    yield from dict.fromkeys(each for condition in conditions(formula) for each in decided(model, condition))
+
+
+# ---- by check ----
+
+
+def _completeness(broken: BrokenFinding) -> str:
+    state = broken.end
+    if state is None:
+        return broken.finding.message
+    return f"{broken.finding.message}; {advice(broken.reference, state.once_stopped(), broken.finding.subject)}"
+
+
+def _property(broken: BrokenFinding) -> str:
+    """Return what the form means, beside the text of the property, and what it reads in the last moment of a run."""
+    finding = broken.finding
+    prop = named(broken.properties, finding.subject)
+    how, message = how_broken(prop, finding.trace), finding.message
+    for said in (VIOLATED, BROKEN[prop.form]):
+        message = message.replace(said, how, 1)
+    parts = [f'"{prop.text}": {message}' if prop.text else message]
+    if prop.form == "leads to":
+        parts += owed(broken.reference, prop, finding.trace)
+    if prop.form == "ltl":
+        parts += false_first(broken.reference, prop.formula, finding.trace)
+    state = broken.end
+    if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
+        names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names)
+        parts += [told for name in names if state.places[name] for told in held_up(broken, state, name)]
+        parts += [told for each in broken.model.launches if each.request in names for told in refused(broken, each)]
+    elif state is not None:
+        where = "at the end of the run" if prop.form == "ctl" else "there"
+        read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
+        parts += read_there(broken.model, state, read, where=where, asked=arguments_read(conditions(prop.formula)))
+        if prop.form in ("always possible", "from possible"):
+            parts += _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
+    else:
+        parts += map(str, _decided(broken.model, prop.formula))
+        parts += never_launched(broken, (name for names in requests_named(prop.formula) for name in names))
+    return "; ".join(parts)
+
+
+def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:
+    """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
+    launched, said = requests_named(formula)
+    wanted = list(dict.fromkeys([*launched, *(name for name in said if not state.active([name]))]))
+    return never_launched(broken, wanted) + kept_from_launch(broken, state, wanted[0]) if len(wanted) == 1 else []
+
+
+DETAILS: Mapping[str, Callable[[BrokenFinding], str]] = {
+    "completeness": _completeness,
+    "property": _property,
+    "rule-use": of_rule_use,
+    "redundancy": of_redundancy,
+    "reachability": of_reachability,
+    "obligation": of_obligation,
+    "deadlock": of_deadlock,
+    "lockout": of_lockout,
+    "starvation": of_starvation,
+}

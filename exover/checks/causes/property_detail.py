@@ -1,0 +1,97 @@
+"""What a property says, in the words of its form, and what of it a run breaks when."""
+
+from collections.abc import Iterator
+
+from exover.checks.questions.property import BROKEN
+from exover.model.event import Event
+from exover.model.expression import Cond, Status
+from exover.model.expression import atoms as condition_atoms
+from exover.model.property import (
+    TRUE,
+    Atom,
+    Conjunction,
+    Formula,
+    Happened,
+    Negation,
+    Property,
+    SomeAlways,
+    SomeUntil,
+    Until,
+    atoms,
+    subformulas,
+)
+from exover.model.run_moments import is_true, moments_of
+from exover.model.semantics import Reference
+from exover.model.trace import Answers, Trace, visited
+from exover.model.wording import condition_text
+
+LONG = 60
+"""A condition of more characters is not written out where it is told how a property is violated."""
+
+
+def how_broken(prop: Property, trace: Trace | None) -> str:
+    """Return what it means that a property is violated, as a run shows it."""
+    match prop.form, prop.formula:
+        case "until", Conjunction((Negation(SomeUntil(_, Conjunction(neither))), _)) if trace:
+            first, second = (each.part for each in neither if isinstance(each, Negation))
+            if trace.loop_start is not None:
+                return f"a run never comes to {_phrase(second, 'the second')}"
+            return f"a run gives up {_phrase(first, 'the first')} before {_phrase(second, 'the second')}"
+        case "precedes", Negation(SomeUntil(Negation(first), Conjunction((second, _)))):
+            return f"a run comes to {_phrase(second, 'the second')} before {_phrase(first, 'the first')}"
+        case "leads to", formula:
+            (missed,) = (each.part for each in subformulas(formula) if isinstance(each, SomeAlways))
+            assert prop.premise is not None and isinstance(missed, Negation), "A leads to B"
+            premise, conclusion = _phrase(prop.premise, "the premise"), _phrase(missed.part, "the conclusion")
+            return f"a run comes to where {premise} is true, and from there on {conclusion} never is"
+        case _:
+            return BROKEN[prop.form]
+
+
+def _phrase(formula: Formula, otherwise: str) -> str:
+    """Return a condition as it is written, or what it is called otherwise if that is long."""
+    text = condition_text(formula)
+    return f"`{text}`" if len(text) <= LONG else otherwise
+
+
+def false_first(reference: Reference, formula: Formula, trace: Trace | None) -> list[str]:
+    """Return, as one part of a sentence, when in a lasso that is first false of which a formula says `G`."""
+    match formula:
+        case Negation(Until(left, wrong)) if left == TRUE and trace is not None and trace.loop_start is not None:
+            moments = moments_of(reference, trace.events[: trace.loop_start], trace.events[trace.loop_start :])
+            known = sorted(moments.where(wrong)) if moments is not None else []
+            first = known[0] if known and known[0] <= len(trace.events) else None
+            when = f"after step {first}" if first else "at the start"
+            return [f"what its `G` says is false first {when}"] if first is not None else []
+        case _:
+            return []
+
+
+def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]:
+    """Return, as one part of a sentence, from which step of a lasso on the conclusion is owed, if actions tell."""
+    premise = prop.premise
+    missed = next((each.part for each in subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
+    if trace is None or premise is None or missed is None:
+        return []
+    moments: list[tuple[Event | None, Answers]] = [(None, ()), *((each.event, each.actions) for each in trace.moments)]
+    since: int | None = None
+    for number, ((event, actions), state) in enumerate(zip(moments, visited(reference, trace.events), strict=True)):
+        if not is_true(reference.model, event, state, actions, missed):
+            since = None
+        elif since is None and is_true(reference.model, event, state, actions, premise):
+            since = number
+    if since is None:
+        return []
+    return [f"the premise is true {f'after step {since}' if since else 'at the start'}"]
+
+
+def requests_named(formula: Formula) -> tuple[list[str], list[str]]:
+    """Return which requests a formula names: to see them launched, and to see in which state they are."""
+    happened = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
+    said = [each for condition in conditions(formula) for each in condition_atoms(condition)]
+    return happened, [each.request for each in said if isinstance(each, Status)]
+
+
+def conditions(formula: Formula) -> Iterator[Cond]:
+    """Yield the conditions that a formula asks of states."""
+    return (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))

@@ -1,0 +1,114 @@
+"""What is added to findings that no step shows: which rules decide instead, and what is so whatever happens."""
+
+from collections.abc import Collection, Iterator
+
+from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, decide_text, forbid_text, listed, never_launched
+from exover.checks.causes.cause_wording import beyond_capacity
+from exover.checks.causes.shadowing import Shadowing
+from exover.checks.questions.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
+from exover.checks.questions.rule_use import VIOLATED as UNNAMED
+from exover.model.expression import And, Cond, Not, Or, Past, Status
+from exover.model.kleene import every, negated, some
+from exover.model.model import Model, Parameter
+from exover.model.ranges import decided
+from exover.model.reads import reads
+
+
+def of_rule_use(broken: BrokenFinding) -> str:
+    """Return why no answer names it, beside what engines add to what the check says."""
+    return f"{_unnamed(broken)}{broken.finding.message.removeprefix(UNNAMED)}"
+
+
+def _unnamed(broken: BrokenFinding) -> str:
+    """Return why a rule never acts, if ranges tell, or what decides first; or that it decides without a word."""
+    model, name = broken.model, broken.finding.subject
+    stands = standing(model, broken.verdicts, name)
+    shadowing = broken.near.of(name) if broken.near else Shadowing()
+    if stands == "silent":
+        where = [f"where an answer would name it, {decide_text(shadowing.rules)}"] if shadowing.rules else []
+        return "; ".join([SILENT, *where, _taken_out(broken)])
+    found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
+    never, one, advice = (NEVER, "it", ADVICE) if stands == "idle" else (UNNAMED, "one", CAREFUL)
+    if shadowing.forbids is not None and not found:
+        return f"{never}, since {forbid_text(shadowing.forbids)} the steps in which {one} would"
+    causes = list(map(str, dict.fromkeys(found)))
+    causes += never_launched(broken, _settled_by(broken, name))
+    if shadowing.rules:
+        causes.append(f"where {one} would, {decide_text(shadowing.rules)}")
+    if shadowing.unassumed and not causes:
+        causes.append(f"without the assumptions, {listed(shadowing.unassumed)} would decide in its place")
+    if stands == "idle" and not causes:
+        causes.append(UNCALLED)
+    return "; ".join([f"{never}: {'; '.join(causes)}" if causes else never, advice])
+
+
+def _taken_out(broken: BrokenFinding) -> str:
+    """Return what it changes to take out a rule that decides without a word."""
+    match broken.verdicts.get(("redundancy", broken.finding.subject)):
+        case "violated":
+            return ADVICE
+        case "holds":
+            return "to take it out changes decisions"
+        case _:
+            return "to take it out may change decisions"
+
+
+def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parameter, ...]]]:
+    """Yield the conditions of guards, rules and launch rules of a name, each with the parameters that it may read."""
+    for request in model.requests:
+        yield from ((guard.condition, request.params) for guard in request.guards if guard.name == name)
+    for rule in (each for each in model.rules if each.name == name):
+        yield rule.condition, model.request[rule.slot_of].params if rule.slot_of else ()
+    yield from ((each.condition, ()) for each in model.launches if each.name == name)
+
+
+def _settled_by(broken: BrokenFinding, rule: str) -> Iterator[str]:
+    """Yield requests that no run launches and that settle what the condition of a rule, guard or launch rule is."""
+    for condition, _ in _conditions_of(broken.model, rule):
+        if _is_settled(condition, broken.unlaunched):
+            yield from (each.name for each in sorted(reads(condition)) if each.kind in ("active", "past"))
+
+
+def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
+    """Return whether a condition has one value only if some requests are never active and have no past."""
+
+    def truth(part: Cond) -> bool | None:
+        match part:
+            case Status("active" | "running" | "stopping", request) | Past(request) if request in unlaunched:
+                return False
+            case Not(inner):
+                return negated(truth(inner))
+            case And(parts):
+                return every(map(truth, parts))
+            case Or(parts):
+                return some(map(truth, parts))
+            case _:
+                return None
+
+    return truth(condition) is not None
+
+
+def of_redundancy(broken: BrokenFinding) -> str:
+    """Return which rules decide in its place."""
+    rules = broken.near.instead_of(broken.finding.subject) if broken.near else ()
+    return "; ".join([broken.finding.message, *([f"in its place {decide_text(rules)}"] if rules else [])])
+
+
+def of_reachability(broken: BrokenFinding) -> str:
+    """Return what keeps it from a launch."""
+    shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
+    request = broken.model.request[broken.finding.subject]
+    found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
+    parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
+    parts += beyond_capacity(broken.model, request)
+    if shadowing.rules:
+        parts.append(f"it is kept from a launch by {listed(shadowing.rules)}")
+    if shadowing.alone:
+        without = " or without ".join(f"`{each}`" for each in shadowing.alone[:SHADOWS])
+        forbidden = "there" if shadowing.forbids is None else f"only in steps that {forbid_text(shadowing.forbids)}"
+        parts.append(f"without {without} it would be launched {forbidden}")
+        settled = (name for rule in shadowing.alone[:SHADOWS] for name in _settled_by(broken, rule))
+        parts += never_launched(broken, (name for name in settled if name != request.name))
+    elif shadowing.forbids is not None:
+        parts.append(f"it would be launched only in steps that {forbid_text(shadowing.forbids)}")
+    return "; ".join(parts)

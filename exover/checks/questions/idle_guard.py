@@ -1,0 +1,42 @@
+"""Is a guard, or a remedy of a rule, ever the one that decides?"""
+
+from exover.checks.finding import Finding
+from exover.checks.questions.demands import demands
+from exover.checks.questions.question import Check, Context, Question, Subjects
+from exover.loop.claim import Claim
+from exover.model.model import Model
+from exover.model.property import Passed, Properties, some_finally
+
+IFF = "a guard or remedy is never the one that decides (a `wait` that a `fail` always beats, a `kill` never applied)"
+HOLDS = "some step of a run is decided by it"
+VIOLATED = "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a guard or remedy: holds iff it decides in some reachable step.
+
+    A guard, a `wait` and a `reject` decide where their demand is the one that is taken, for a newcomer or for what
+    waits. A `kill r` decides where a slot of r is killed, or what waits there given up, for its rule.
+    """
+    label, _ = context.demands[question.subject]
+    if context.shows(label):
+        return question.holds(HOLDS, "witness")
+    if context.analysis.passes(label):
+        return question.holds(HOLDS)
+    if label[0] == "kill":
+        return question.violated(f"no run kills `{label[2]}` for this rule, or gives it up while it waits")
+    return question.violated(VIOLATED)
+
+
+def subjects(model: Model, _: Properties) -> Subjects:
+    """Yield the guards and remedies."""
+    for subject, (_label, location) in demands(model).items():
+        yield subject, location
+
+
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    return Claim("idle-guard", subject, some_finally(Passed(demands(model)[subject][0])))
+
+
+CHECK = Check("idle-guard", "note", IFF, subjects, decide, claim, HOLDS, VIOLATED)

@@ -1,0 +1,170 @@
+"""What a check is, what it is given, and how it puts its answer."""
+
+from collections.abc import Callable, Iterator
+from functools import cached_property, reduce
+from operator import or_
+
+from exover.checks.finding import Finding
+from exover.checks.questions.demands import Demands, demands
+from exover.dataclass import dataclass
+from exover.diagnostics import Severity
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.space import Set
+from exover.equivalence.nearby_runs import NearbyRuns
+from exover.equivalence.redundancy import RuleContribution
+from exover.equivalence.tables import TableComparison
+from exover.loop.claim import Claim, Verdict
+from exover.model.model import Location, Model, Rule
+from exover.model.property import Label, Properties
+from exover.model.semantics import Reference
+from exover.model.trace import Trace
+from exover.ocrd.compile import DecodedTables
+
+REACHABLE = "reachable set"
+INDUCTION = "induction"
+PREVENTED = "only a launch could break the rule, and every decision prevents it"
+RESTORED = "wherever the rule is broken, a step does not end before a remedy has restored it"
+
+Subjects = Iterator[tuple[str, Location]]
+"""What a check is asked about, by name, with where it stands in the text; in the order of the text."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """A compiled model and its closed loop under examination."""
+
+    compiled: DecodedTables
+    analysis: Analysis
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.compiled.model
+
+    @property
+    def properties(self) -> Properties:
+        """The properties and assumptions."""
+        return self.analysis.properties
+
+    @property
+    def reference(self) -> Reference:
+        """The reference interpreter."""
+        return self.analysis.reference
+
+    @cached_property
+    def rules(self) -> dict[str, list[Rule]]:
+        """The rules by name, in the order of the text."""
+        found: dict[str, list[Rule]] = {}
+        for rule in self.model.rules:
+            found.setdefault(rule.name, []).append(rule)
+        return found
+
+    @cached_property
+    def demands(self) -> Demands:
+        """The guards and remedies by name."""
+        return demands(self.model)
+
+    @cached_property
+    def nearby(self) -> NearbyRuns:
+        """Short runs near rules and guards."""
+        marks: dict[str, frozenset[Label]] = {}
+        for label, _ in self.demands.values():
+            marks[label[1]] = marks.get(label[1], frozenset()) | {label}
+        return NearbyRuns(self.analysis.loop, self.reference, marks)
+
+    def shows(self, mark: Label) -> bool:
+        """Return whether a short run near the rule or guard of a mark passes it, if all runs are assumed."""
+        return not self.properties.assumptions and mark in self.nearby.shown(mark[1]).marks
+
+    @cached_property
+    def comparison(self) -> RuleContribution:
+        """What rules change."""
+        return RuleContribution(self.analysis, self.tables.by_states)
+
+    @cached_property
+    def tables(self) -> TableComparison:
+        """The tables beside the rules."""
+        return TableComparison(self.analysis)
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One question: the check, its severity, the subject, and where the subject stands in the text."""
+
+    check: str
+    severity: Severity
+    subject: str
+    location: Location
+
+    def answer(
+        self, verdict: Verdict, message: str, method: str = REACHABLE, trace: Trace | None = None, engine: str = "bdd"
+    ) -> Finding:
+        """Return the finding."""
+        return Finding(self.check, self.subject, self.severity, verdict, engine, method, message, self.location, trace)
+
+    def holds(self, message: str, method: str = REACHABLE, trace: Trace | None = None) -> Finding:
+        """Return the finding that it holds."""
+        return self.answer("holds", message, method, trace)
+
+    def violated(self, message: str, trace: Trace | None = None, method: str = REACHABLE) -> Finding:
+        """Return the finding that it is violated."""
+        return self.answer("violated", message, method, trace)
+
+    def unknown(self, reason: str, engine: str = "bdd") -> Finding:
+        """Return the finding that it could not be decided."""
+        return self.answer("unknown", reason, method="", engine=engine)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas.
+
+    `iff`: when a finding is `ok`, in words, as docs/checks.md and reports have it; of a check that looks for what it
+    warns of, when it is not. `holds` and `violated`: what that means, for engines that know no more than the formula.
+    """
+
+    name: str
+    severity: Severity
+    iff: str
+    subjects: Callable[[Model, Properties], Subjects]
+    decide: Callable[[Context, Question], Finding]
+    claim: Callable[[Model, Properties, str], Claim]
+    holds: str = ""
+    violated: str = ""
+
+
+def unreached(context: Context, question: Question, states: Set, holds: str, violated: str) -> Finding:
+    """Return that no step ends in one of these states, or a run to one."""
+    trace = context.analysis.run_into(states)
+    return question.holds(holds) if trace is None else question.violated(violated, trace)
+
+
+def unbroken(context: Context, question: Question, broken: Callable[[Rule], Set], holds: str, violated: str) -> Finding:
+    """Return that no step ends with a rule of the subject broken, or a run to that; `broken`: in which states it is."""
+    named = context.rules[question.subject]
+    if context.tables.prevents(named):
+        return question.holds(PREVENTED, INDUCTION)
+    states = reduce(or_, map(broken, named), context.analysis.space.none)
+    if context.analysis.excluded(states):
+        return question.holds(RESTORED, INDUCTION)
+    return unreached(context, question, states, holds, violated)
+
+
+def rules(model: Model, _: Properties) -> Subjects:
+    """Yield the rules by name: the pairs of a mutex are one subject."""
+    found: dict[str, Location] = {}
+    for rule in model.rules:
+        found.setdefault(rule.name, rule.location)
+    yield from found.items()
+
+
+def requests(model: Model, _: Properties) -> Subjects:
+    """Yield the requests."""
+    for request in model.requests:
+        yield request.name, request.location
+
+
+def launches(model: Model, _: Properties) -> Subjects:
+    """Yield the launch rules."""
+    for launch in model.launches:
+        yield launch.name, launch.location

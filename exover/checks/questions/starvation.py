@@ -1,0 +1,36 @@
+"""Does every wait come to an end, if reports come?"""
+
+from exover.checks.finding import Finding
+from exover.checks.questions.question import Check, Context, Question, requests
+from exover.loop.claim import Claim
+from exover.model.expression import Status
+from exover.model.model import Model
+from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
+
+IFF = "under fair reports, every wait of it ends"
+HOLDS = "if every slot is reported again and again, every wait ends"
+VIOLATED = "the request waits for ever, though every slot is reported again and again"
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a request: holds iff `IFF`.
+
+    It is violated iff on some run, on which every slot is again and again idle or being reported, one and the same
+    request stands in the waiting place for ever: never launched, superseded, rejected or given up.
+    """
+    analysis, name = context.analysis, question.subject
+    if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
+        return question.holds("no decision of the tables lets the request wait", "tables")
+    trace = analysis.temporal.starving(name)
+    if trace is None:
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
+
+
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    stays = Conjunction((Atom(Status("waiting", subject)), Negation(Passed(("left", subject)))))
+    return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
+
+
+CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED)

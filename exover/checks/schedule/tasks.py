@@ -1,0 +1,150 @@
+"""The questions about a loop as tasks, one engine and one task after the other."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import field, replace
+from math import inf
+from time import perf_counter
+
+from exover.checks.finding import SEVERITIES, Counted, Finding
+from exover.checks.questions.question import Check, Question
+from exover.checks.schedule.agenda import Agenda, Lot, Turn
+from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, finding_of, judge_of
+from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.serving import Say
+from exover.dataclass import dataclass
+from exover.engines.bdd.concretize import SpuriousRun
+from exover.loop.claim import Claim, Judge, Opinion, Progress
+from exover.loop.finite.tested_bounds import TooLarge
+
+MARGIN = 0.8
+"""The part of its time after which an engine gives up by itself, lest its process be halted."""
+
+TaskAnswer = Finding | int | Counted | None
+
+
+@dataclass
+class TaskRunner:
+    """The questions about a loop as tasks, and who answers them.
+
+    The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
+    the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off;
+    `spare`: the first engine, if it is asked all at once, may have two processes.
+    """
+
+    examination: Examination
+    questions: tuple[tuple[Check, Question], ...]
+    engines: Engines
+    count: bool = False
+    limited: bool = False
+    spare: bool = False
+    _judges: dict[str, tuple[float, Judge]] = field(default_factory=dict)
+
+    # ---- tasks ----
+
+    def agenda(self, seconds: float | None) -> Agenda:
+        """Return the order in which the tasks are taken."""
+        count = len(self.questions)
+        stages = 0 if self.engines.compared else len(self.engines.names) - 1
+        lots = [lot for place, name in enumerate(self.engines.names) for lot in self._lots(name, place * count)]
+        first = count * len(self.engines.names)
+        lots += [Lot((first + number,), len(SEVERITIES)) for number in range(1 + self.count)]
+        return Agenda(lots, seconds, {task: task + count for task in range(count * stages)})
+
+    def _lots(self, engine: EngineName, first: int) -> Iterator[Lot]:
+        """Yield what is put to an engine, its tasks numbered from `first`."""
+        if at_once(engine, self.limited):
+            yield Lot(range(first, first + len(self.questions)), together=True)
+            return
+        checks: dict[str, list[int]] = {}
+        for number, (_, question) in enumerate(self.questions):
+            checks.setdefault(question.check, []).append(number)
+        for numbers in checks.values():
+            rank = SEVERITIES.index(self.questions[numbers[0]][1].severity)
+            yield Lot([first + number for number in numbers], rank)
+
+    def task(self, turn: Turn, say: Say[TaskAnswer], progress: Progress) -> None:
+        """Say what is found out by the tasks of a turn."""
+        place, _ = self.place(turn.numbers[0])
+        if place == len(self.engines.names):
+            (number,) = turn.numbers
+            figure = self.examination.counted if self.place(number)[1] else self.examination.state_bits
+            say(number, figure(progress))
+            return
+        name = self.engines.names[place]
+        if at_once(name, self.limited):
+            self._batch(name, turn.numbers, say, progress)
+        else:
+            (number,) = turn.numbers
+            self._one(name, number, turn.seconds, say, progress)
+
+    def place(self, number: int) -> tuple[int, int]:
+        """Return by a task which engine it is for, and the question; or how many engines there are, and the figure."""
+        count, engines = len(self.questions), len(self.engines.names)
+        return divmod(number, count) if number < count * engines else (engines, number - count * engines)
+
+    def open(self, number: int, reason: str) -> Finding:
+        """Return the finding of a task that was not done."""
+        place, question = self.place(number)
+        return self.questions[question][1].unknown(reason, self.engines.names[place])
+
+    # ---- answers ----
+
+    def _one(self, engine: EngineName, number: int, seconds: float, say: Say[TaskAnswer], progress: Progress) -> None:
+        """Say what an engine says of a question, unless it could say more in more time."""
+        _, question = self.place(number)
+        started = perf_counter()
+        finding = (
+            self._decided(question, progress) if engine == "bdd" else self._judged(engine, question, seconds, progress)
+        )
+        hurried = finding.verdict == "unknown" and perf_counter() - started > seconds / 2
+        if not hurried:
+            say(number, finding)
+
+    def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[TaskAnswer], progress: Progress) -> None:
+        """Say what an engine says that is asked all at once."""
+        progress(f"all that {engine} can answer")
+        spare = self.spare and engine == self.engines.names[0]
+        judge = batch_of(engine, self.engines, self.examination.compiled, self.examination.properties, spare)
+        started = perf_counter()
+
+        def answer(index: int, opinion: Opinion) -> None:
+            nonlocal started
+            check, question = self.questions[self.place(numbers[index])[1]]
+            found = finding_of(opinion, judge.name, check, question)
+            say(numbers[index], self._timed(check, found, started))
+            started = perf_counter()
+
+        judge.judge_all([self._claim(self.place(number)[1]) for number in numbers], answer)
+
+    def _judged(self, engine: EngineName, number: int, seconds: float, progress: Progress) -> Finding:
+        """Return what an engine says that is made anew where there is more time than it was made for."""
+        kept = self._judges.get(engine)
+        if kept is None or kept[0] * 2 < seconds < inf:
+            patience = None if seconds == inf else seconds * MARGIN
+            compiled, properties = self.examination.compiled, self.examination.properties
+            kept = seconds, judge_of(engine, self.engines, compiled, properties, patience)
+            self._judges[engine] = kept
+        judge = kept[1]
+        check, question = self.questions[number]
+        progress(f"{question.check} {question.subject}")
+        started = perf_counter()
+        found = finding_of(judge.judge(self._claim(number)), judge.name, check, question)
+        return self._timed(check, found, started)
+
+    def _decided(self, number: int, progress: Progress) -> Finding:
+        """Return what decision diagrams say of a question; `unknown` if they cannot express it."""
+        check, question = self.questions[number]
+        progress(f"{question.check} {question.subject}")
+        started = perf_counter()
+        try:
+            return self._timed(check, check.decide(self.examination.context(progress), question), started)
+        except (TooLarge, SpuriousRun) as reason:
+            return self._timed(check, question.unknown(str(reason)), started)
+
+    def _timed(self, check: Check, finding: Finding, started: float) -> Finding:
+        """Return a finding, its trace confirmed, with the seconds that it took."""
+        return replace(self.examination.confirmed(check, finding), seconds=perf_counter() - started)
+
+    def _claim(self, number: int) -> Claim:
+        check, question = self.questions[number]
+        return self.examination.claim(check, question.subject)

@@ -1,0 +1,81 @@
+"""Time limits within one process: what leaves a body that is interrupted, and what is said of it."""
+
+import ctypes
+import signal
+import sys
+from time import monotonic, sleep
+from typing import Any, Self
+
+import pytest
+
+from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted, limits_from
+
+SOON, MUCH = 0.02, 60.0
+needs_alarms = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals for alarms")
+
+
+class Converted:
+    """An argument that takes long to convert."""
+
+    @classmethod
+    def from_param(cls, value: object) -> Self:
+        sleep(MUCH)
+        return cls()
+
+
+class HalfMade:
+    """An object that takes long to make, and is not ready to go before."""
+
+    def __init__(self, seconds: float) -> None:
+        sleep(seconds)
+        self.made = True
+
+    def __del__(self) -> None:
+        assert self.made
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What Python would print of errors that nothing can catch."""
+    found: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda error: found.append(error.exc_type))
+    return found
+
+
+@needs_alarms
+def test_a_body_is_interrupted() -> None:
+    before = signal.getsignal(signal.SIGALRM)
+    with pytest.raises(TimeUp), interrupted(limits_from(monotonic(), 1, SOON)):
+        while True:
+            pass
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    with interrupted(NO_LIMITS):
+        assert signal.getsignal(signal.SIGALRM) == before
+
+
+@needs_alarms
+def test_what_ctypes_makes_of_it_is_that_the_time_is_over() -> None:
+    function = ctypes.CFUNCTYPE(None)(lambda: None)
+    function.argtypes = [Converted]
+    with pytest.raises(TimeUp), interrupted(limits_from(monotonic(), 1, SOON)):
+        function(0)
+
+
+@needs_alarms
+def test_what_is_half_made_goes_in_silence(told: list[Any]) -> None:
+    with pytest.raises(TimeUp), interrupted(limits_from(monotonic(), 1, SOON)):
+        HalfMade(MUCH)
+    assert told == []
+
+
+def test_what_fails_in_time_is_told(told: list[Any]) -> None:
+    with interrupted(limits_from(monotonic(), 1, MUCH)):
+        half = HalfMade(0)
+        del half.made, half
+    assert told == [AttributeError]
+
+
+def test_errors_in_time_are_what_they_are() -> None:
+    with pytest.raises(ctypes.ArgumentError, match="of its own"), interrupted(limits_from(monotonic(), 1, MUCH)):
+        raise ctypes.ArgumentError("of its own")
