@@ -50,7 +50,7 @@ class _Near:
 
 
 @dataclass(frozen=True, slots=True)
-class _Moment:
+class _LastStep:
     """The last step of a run, from this state: an ask with its decision, or which slots it kills."""
 
     run: Run
@@ -89,18 +89,18 @@ class NearbyRuns:
     def _search(self, near: _Near) -> Shown:
         marks: set[Label] = set()
         missing, contrast = self.wanted.get(near.name, frozenset()) | {("rule", near.name)}, None
-        for moment in self._moments(near):
-            marks |= _marks(moment)
-            if contrast is None and near.without and self._differ(near.without, near.name, moment):
-                contrast = moment.run
+        for step in self._last_steps(near):
+            marks |= _marks(step)
+            if contrast is None and near.without and self._differ(near.without, near.name, step):
+                contrast = step.run
             if missing <= marks and (contrast or not near.without):
                 break
         return Shown(frozenset(mark for mark in marks if mark[1] == near.name), contrast)
 
     # ---- runs ----
 
-    def _moments(self, near: _Near) -> Iterator[_Moment]:
-        """Yield the moments of the shortest runs, then those of all asks one after the other, which reach limits."""
+    def _last_steps(self, near: _Near) -> Iterator[_LastStep]:
+        """Yield the last steps of the shortest runs, then those of all asks one after the other, which reach limits."""
         queue: list[tuple[State, Run]] = [(self.reference.start(), ())]
         seen, spent = {self.reference.start().key()}, 0
         for state, before in queue:
@@ -113,32 +113,32 @@ class NearbyRuns:
                 after, actions = self.reference.step(state, event)
                 killed = tuple(action for action in actions if isinstance(action, Killed))
                 if killed:
-                    yield _Moment((*before, event), state, None, killed)
+                    yield _LastStep((*before, event), state, None, killed)
                 if after.key() not in seen:
                     seen.add(after.key())
                     queue.append((after, (*before, event)))
         yield from self._in_turn(near.asks[:MOST])
 
-    def _in_turn(self, asks: Sequence[Ask]) -> Iterator[_Moment]:
+    def _in_turn(self, asks: Sequence[Ask]) -> Iterator[_LastStep]:
         state = self.reference.start()
         for number, ask in enumerate(asks):
             yield self._asked(state, asks[:number], ask)
             state, _ = self.reference.step(state, ask)
 
-    def _asked(self, state: State, before: Sequence[Event], ask: Ask) -> _Moment:
-        """Return the moment of an ask; where something waits already mostly nothing is decided."""
+    def _asked(self, state: State, before: Sequence[Event], ask: Ask) -> _LastStep:
+        """Return the step of an ask; where something waits already mostly nothing is decided."""
         taken = state.places[ask.request]
         decision = None if taken else self.reference.decide(state, self.reference.model.request[ask.request], ask.args)
-        return _Moment((*before, ask), state, decision)
+        return _LastStep((*before, ask), state, decision)
 
-    def _differ(self, without: _Without, name: str, moment: _Moment) -> bool:
+    def _differ(self, without: _Without, name: str, step: _LastStep) -> bool:
         """Return whether an ask is decided otherwise without the rules, reasons left aside."""
-        ask = moment.run[-1]
-        if moment.decision is None or not isinstance(ask, Ask) or ask.request not in without.asked:
+        ask = step.run[-1]
+        if step.decision is None or not isinstance(ask, Ask) or ask.request not in without.asked:
             return False
         request = self.reference.model.request[ask.request].without_rules({name})
-        its = without.decide(moment.state, request, ask.args)
-        return _effects(moment.decision, moment.state) != _effects(its, moment.state)
+        its = without.decide(step.state, request, ask.args)
+        return _effects(step.decision, step.state) != _effects(its, step.state)
 
     # ---- what is near ----
 
@@ -208,10 +208,10 @@ class NearbyRuns:
                 yield Observe(poster, value)
 
 
-def _marks(moment: _Moment) -> set[Label]:
+def _marks(step: _LastStep) -> set[Label]:
     """Return the marks that the step passes for rules and guards: for whom it decides, and kills."""
-    decision, found = moment.decision, set[Label]()
-    slots = [(killed.request, killed.rule) for killed in moment.killed]
+    decision, found = step.decision, set[Label]()
+    slots = [(killed.request, killed.rule) for killed in step.killed]
     if decision and decision.reason and decision.reason is not BUSY:
         found |= {("rule", decision.reason.rule), (decision.verdict, decision.reason.rule)}
         slots += [(name, reason.rule) for (name, _), reason in decision.kills]

@@ -21,7 +21,7 @@ from exover.ocrd.demand import Decider, Hit
 from exover.ocrd.diagram import NO, YES, Manager, deep
 from exover.ocrd.memory import IDLE, RUNNING
 
-_Moment = tuple[Cell, tuple[int, ...], Set, bool]
+_DecisionPoint = tuple[Cell, tuple[int, ...], Set, bool]
 """Arguments, how they compare with posters, states in which they are decided; whether as a newcomer."""
 
 
@@ -58,8 +58,8 @@ class RuleContribution:
         changes = [self._change(request, rules) for request in named.values()]
         changes = [change for change in changes if change.effects or change.superseding != NO]
         for change in changes:
-            for moment in self._at_first(change.number):
-                if any(analysis.reaches(states) for states in self._differing(change, *moment)):
+            for point in self._at_first(change.number):
+                if any(analysis.reaches(states) for states in self._differing(change, *point)):
                     return True
         return self._restores(rules) or any(self._met_within(change) for change in changes)
 
@@ -69,7 +69,7 @@ class RuleContribution:
         kinds = [(cell, choice) for cell in arguments.cells for choice in arguments.choices()]
         if not any(True for kind in kinds for _ in self._differing(change, *kind, everywhere, True)):
             return False
-        return any(True for moment in self._within(change.number) for _ in self._differing(change, *moment))
+        return any(True for point in self._within(change.number) for _ in self._differing(change, *point))
 
     # ---- decisions ----
 
@@ -159,9 +159,9 @@ class RuleContribution:
         place = self.analysis.loop.index.get(("place", number))
         return self.analysis.space.all if place is None else self.analysis.space.is_value(place, IDLE)
 
-    # ---- moments ----
+    # ---- where decisions are taken ----
 
-    def _at_first(self, number: int) -> Iterator[_Moment]:
+    def _at_first(self, number: int) -> Iterator[_DecisionPoint]:
         """Yield for all arguments the states in which an ask is decided, unless assumptions forbid some steps."""
         loop, space = self.analysis.loop, self.analysis.space
         if self.analysis.stepper.allowed != space.all:
@@ -179,7 +179,7 @@ class RuleContribution:
                     so = so & space.among(loop.index["reading", poster], fitting)
                 yield cell, choice, so, True
 
-    def _within(self, number: int) -> Iterator[_Moment]:
+    def _within(self, number: int) -> Iterator[_DecisionPoint]:
         """Yield for all arguments the states within allowed steps in which a newcomer is decided, or one that waits.
 
         An ask that does the same as another is looked at where that one is.
@@ -194,12 +194,12 @@ class RuleContribution:
         """By walk the states that come to it in allowed steps."""
         found: dict[Walk, Set] = {}
         for walk, _ in self.analysis.loop.decided:
-            if id(walk) in self._moments:
-                found[walk] = found.get(walk, self.analysis.space.none) | self._moments[id(walk)]
+            if id(walk) in self._met_states:
+                found[walk] = found.get(walk, self.analysis.space.none) | self._met_states[id(walk)]
         return found
 
     @cached_property
-    def _moments(self) -> dict[int, Set]:
+    def _met_states(self) -> dict[int, Set]:
         """By identity of a walk the states that come to it in allowed steps; by `PASS` those that begin a pass."""
         stepper, space = self.analysis.stepper, self.analysis.space
         if stepper.universe == space.all:
@@ -228,8 +228,9 @@ class RuleContribution:
             mine = self._killed(manager, decider.restore(restored))
             its = self._killed(manager, decider.restore(left))
             different = _different(manager, mine, its)
+        begun = self._met_states[PASS]
         return any(
-            self.equivalence.holding(manager, condition, self._moments[PASS] & self._met(effect)) != analysis.space.none
+            self.equivalence.holding(manager, condition, begun & self._met(effect)) != analysis.space.none
             for effect, condition in different.items()
             if condition != NO
         )

@@ -60,9 +60,9 @@ def add_clauses(draft: Draft, owner: Signature, clauses: tuple[tree.Clause, ...]
                 _consumable(draft, owner, clause)
             case tree.OnSet():
                 _set(draft, owner, clause)
-            case tree.OnForget(moment):
+            case tree.OnForget(occasion):
                 forgotten = requests(draft.names, clause.requests, draft.mistakes)
-                draft.parts[owner.name].affect(moment, Forget(forgotten))
+                draft.parts[owner.name].affect(occasion, Forget(forgotten))
             case _:
                 assert_never(clause)
 
@@ -246,7 +246,7 @@ def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
     known = replace(draft.names.constants, parameters=frozenset(owner.params))
     given = value(clause.value, state.type, known, draft.mistakes)
     if given is not None:
-        draft.parts[owner.name].affect(clause.moment, SetState(state.name, given))
+        draft.parts[owner.name].affect(clause.occasion, SetState(state.name, given))
 
 
 def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> QuantityName | None:

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from dataclasses import field
-from typing import Literal
 
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
@@ -35,8 +34,6 @@ from exover.syntax import tree
 MAX_ITEMS = 1_000_000
 """Rules and guards of one file with its lists expanded."""
 
-Moment = Literal["launch", "ok", "failed", "interrupted"]
-
 
 @dataclass(slots=True)
 class Parts:
@@ -46,16 +43,16 @@ class Parts:
     shares: list[Share] = field(default_factory=list)
     consumptions: list[Consumption] = field(default_factory=list)
     productions: list[Share] = field(default_factory=list)
-    effects: dict[Moment, list[Effect]] = field(default_factory=dict)
+    effects: dict[tree.Occasion, list[Effect]] = field(default_factory=dict)
     interrupts_self: bool = False
 
-    def on(self, moment: Moment) -> tuple[Effect, ...]:
-        """Return what happens at this moment."""
-        return tuple(self.effects.get(moment, ()))
+    def on(self, occasion: tree.Occasion) -> tuple[Effect, ...]:
+        """Return what happens on this occasion."""
+        return tuple(self.effects.get(occasion, ()))
 
-    def affect(self, moment: Moment, effect: SetState | Forget) -> None:
+    def affect(self, occasion: tree.Occasion, effect: SetState | Forget) -> None:
         """Add an effect."""
-        self.effects.setdefault(moment, []).append(effect)
+        self.effects.setdefault(occasion, []).append(effect)
 
 
 @dataclass(frozen=True, slots=True)

@@ -198,7 +198,7 @@ ACTIONS: dict[str, Action] = {
     "when": _optional,
     "else_wait": lambda span: False,
     "with_else_wait": lambda span: True,
-    "moment": _text,
+    "occasion": _text,
     "mutex": tree.Mutex,
     "mutex_over": tree.MutexOver,
     "limit": tree.Limit,

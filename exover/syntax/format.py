@@ -46,10 +46,10 @@ def _clause_body(clause: tree.Clause) -> str:
             return f"consumes {resource.text} {amount.text}{_when(condition)}"
         case tree.Produces(resource, amount, condition):
             return f"produces {resource.text} {amount.text}{_when(condition)}"
-        case tree.OnSet(moment, state, value):
-            return f"on {moment} set {_term(state)} = {_value(value)}"
-        case tree.OnForget(moment, requests):
-            return f"on {moment} forget {_refs(requests)}"
+        case tree.OnSet(occasion, state, value):
+            return f"on {occasion} set {_term(state)} = {_value(value)}"
+        case tree.OnForget(occasion, requests):
+            return f"on {occasion} forget {_refs(requests)}"
         case _:
             assert_never(clause)
 

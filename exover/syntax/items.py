@@ -7,7 +7,7 @@ from exover.dataclass import dataclass
 from exover.source import Span
 from exover.syntax.conditions import Cond, Listed, Name, NameUse, Number, Ref, Target, Type, Value
 
-Moment: TypeAlias = Literal["launch", "ok", "failed", "interrupted"]
+Occasion: TypeAlias = Literal["launch", "ok", "failed", "interrupted"]
 
 # Remedies
 
@@ -144,9 +144,9 @@ class Produces:
 
 @dataclass(frozen=True, slots=True)
 class OnSet:
-    """``on moment set state = value because …;``."""
+    """``on occasion set state = value because …;``."""
 
-    moment: Moment
+    occasion: Occasion
     state: NameUse
     value: Value
     because: str | None
@@ -155,9 +155,9 @@ class OnSet:
 
 @dataclass(frozen=True, slots=True)
 class OnForget:
-    """``on moment forget requests because …;``."""
+    """``on occasion forget requests because …;``."""
 
-    moment: Moment
+    occasion: Occasion
     requests: tuple[Listed, ...]
     because: str | None
     span: Span = field(compare=False)

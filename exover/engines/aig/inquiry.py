@@ -1,6 +1,6 @@
 """Claims about one closed loop while they are looked into, as questions to one graph.
 
-What runs come to is looked into first (`Moments`), then infinite runs, ways to goals, and what is left of the former,
+What runs come to is looked into first (`BadStates`), then infinite runs, ways to goals, and what is left of the former,
 side by side. That the passes of the graph are enough is a question like the others: nothing is said to be proved before
 that is. Runs are followed on the reference interpreter before they count.
 """
@@ -14,11 +14,11 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.bad_states import BadStates
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.machine_closure import is_machine_closed, stranded
-from exover.engines.aig.moments import Moments
 from exover.engines.aig.portfolio import SHORT, Portfolio
 from exover.engines.aig.questions import (
     CutOff,
@@ -36,7 +36,7 @@ from exover.model.trace import Trace
 
 FAIR = "fair reports end every wait"
 URGENT = ("safety", "completeness", "obligation", "property")
-"""Checks whose questions about moments are asked before those of others."""
+"""Checks whose questions about bad states are asked before those of others."""
 
 
 @dataclass
@@ -59,7 +59,7 @@ class Inquiry:
         self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         bad = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)} - {FALSE}
-        self.moments = Moments(
+        self.bad_states = BadStates(
             self.encoding,
             sorted(bad),
             bad & {leaf.bad for leaf in self._urgent if isinstance(leaf, Reach)},
@@ -87,13 +87,13 @@ class Inquiry:
         `known`: the same loop with fewer passes, whose runs are gone on with; `cover`: whether to come to new states.
         """
         self._tell()  # what is known of the start
-        before = None if known is None else known.moments
-        return self.moments.explore(before, cover, lambda: self.wander(urgent=True))
+        before = None if known is None else known.bad_states
+        return self.bad_states.explore(before, cover, lambda: self.wander(urgent=True))
 
     def follow(self, known: "Inquiry") -> None:
         """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
         self.evidence.settled = known.evidence.settled
-        self.moments.follow(known.moments)
+        self.bad_states.follow(known.bad_states)
         self._tell()
 
     def settle(self, insist: bool = True) -> bool:
@@ -101,7 +101,7 @@ class Inquiry:
 
         Not to `insist` is to take it that one does if that they are is not proved soon.
         """
-        settled = self.moments.settle(insist)
+        settled = self.bad_states.settle(insist)
         if settled is None:
             return False
         self.evidence.settled = settled
@@ -110,7 +110,7 @@ class Inquiry:
 
     def prove(self, unroll: bool = True) -> None:
         """Ask what no run has shown and what can be proved soon; `unroll`: after known runs have been gone on with."""
-        self.moments.prove(unroll)
+        self.bad_states.prove(unroll)
 
     @property
     def left(self) -> list[int]:
@@ -120,13 +120,13 @@ class Inquiry:
     def finish(self, spare: bool = False, others: Sequence[Heard] = ()) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, in other processes.
 
-        Infinite runs, ways, and moments each begin with what is known now, so that the answers do not depend on that.
+        Infinite runs, ways, and bad states each begin with what is known now, so that answers do not depend on that.
         Of others who work beside us it is taken what they say meanwhile.
         """
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         with (
             Beside(self._look_for_ways(cut_off), spare and bool(cut_off)) as found,
-            Beside(self.moments.at_length(), spare and self.moments.unproved) as at_length,
+            Beside(self.bad_states.at_length(), spare and self.bad_states.unproved) as at_length,
             Beside(self._look_for_lassos(), spare and bool(self._infinite)) as lassos,
         ):
             hear_all([(each, self._heard) for each in (lassos, found, at_length)], others)
@@ -162,8 +162,8 @@ class Inquiry:
         """Return what tells what comes of questions about ways."""
         # ways and lassos add what they look at to their graph, and learn of it
         encoding = deepcopy(self.encoding) if asked else self.encoding
-        portfolio = self.moments.portfolio.copy(encoding)
-        runs = list(self.moments.runs)
+        portfolio = self.bad_states.portfolio.copy(encoding)
+        runs = list(self.bad_states.runs)
 
         def solve(circuit: Circuit, say: SayAnswer, stop: Callable[[], bool]) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget, stop)
@@ -174,7 +174,7 @@ class Inquiry:
                     case ways.NeverCutOff():
                         found = Found(False, WAYS)
                     case ways.ShownCutOff(inputs):
-                        (trace,) = self.moments.concretizer.traces([inputs])
+                        (trace,) = self.bad_states.concretizer.traces([inputs])
                         found = shown(trace)
                     case Open(reason):
                         found = Found(None, reason=reason)
@@ -196,7 +196,7 @@ class Inquiry:
     def _lassos(self) -> liveness.Judging:
         """What answers them: random runs at any time, and the rest at last."""
         return liveness.Judging(
-            self.encoding, self._infinite, self._asking_for_lassos(self.moments.portfolio), self._saying(self._heard)
+            self.encoding, self._infinite, self._asking_for_lassos(self.bad_states.portfolio), self._saying(self._heard)
         )
 
     def _asking_for_lassos(self, portfolio: Portfolio) -> liveness.BudgetedDecide:
@@ -225,11 +225,11 @@ class Inquiry:
         """Look for infinite runs at random, and say what they show, before anything is proved; `urgent`: for errors."""
         asked = [index for index, leaf in enumerate(self._infinite) if not urgent or leaf in self._urgent]
         if asked:
-            self._lassos.wander(self.moments.runs, asked)
+            self._lassos.wander(self.bad_states.runs, asked)
 
     def _look_for_lassos(self) -> SideTask[Sequence[Answered]]:
         """Return what tells what comes of questions about infinite runs."""
-        runs, portfolio = list(self.moments.runs), self.moments.portfolio.copy()
+        runs, portfolio = list(self.bad_states.runs), self.bad_states.portfolio.copy()
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:
             if self._infinite:
@@ -254,14 +254,14 @@ class Inquiry:
     def _excluded(self, circuit: Circuit) -> bool:
         answers: list[Answer] = []
         whole = range(len(circuit.bad))
-        self.moments.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
+        self.bad_states.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
         self._stops += [answer.inputs[:-1] for answer in answers if isinstance(answer, Reachable)]
         return all(isinstance(answer, Unreachable) for answer in answers)
 
     def _stranded(self) -> Trace | None:
         """Return a run to a state from which the assumptions allow no step, if some known run comes to one."""
-        found = stranded(self.encoding, [*self.moments.runs, *self._stops])
-        traces = self.moments.concretizer.traces([] if found is None else [found])
+        found = stranded(self.encoding, [*self.bad_states.runs, *self._stops])
+        traces = self.bad_states.concretizer.traces([] if found is None else [found])
         return next((trace for trace in traces if isinstance(trace, Trace)), None)
 
     def _tell(self, final: bool = False) -> None:

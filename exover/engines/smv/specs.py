@@ -29,7 +29,7 @@ from exover.model.property import (
 if TYPE_CHECKING:
     from exover.engines.smv.text import Text
 
-Moment = Callable[[Formula], str]
+WriteMomentary = Callable[[Formula], str]
 """Writes a formula of one moment."""
 
 
@@ -76,7 +76,7 @@ class Writer:
     `moment` writes what is about one moment. `live`: what runs have to stay in, if the text lets them leave it.
     """
 
-    moment: Moment
+    moment: WriteMomentary
     live: str = ""
 
     def write(self, formula: Formula) -> str:

@@ -12,15 +12,15 @@ from typing import Any
 import pytest
 
 from exover.checks.run import questions
-from exover.engines.aig import engine, inquiry, moments, portfolio
+from exover.engines.aig import bad_states, engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
+from exover.engines.aig.bad_states import BadStates
 from exover.engines.aig.coverage import CoverageGoals
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.evidence import STRANDED, Answered
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness import Judging
-from exover.engines.aig.moments import Moments
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
 from exover.engines.beside import SideTask
@@ -207,7 +207,7 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
         return encode(made, properties, passes, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(engine, "Encoding", counted)
-    monkeypatch.setattr(moments.Exploration, "run", lambda exploration, *rounds: {})
+    monkeypatch.setattr(bad_states.Exploration, "run", lambda exploration, *rounds: {})
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 2, 3, 3], "one for runs, and one to be made smaller meanwhile"
     assert found["property", "p1"].verdict == "holds"
@@ -218,20 +218,21 @@ def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
     made, properties = read(CHAIN, forms("possible (launched(m.a) and launched(m.c))"))
     few, more = (Inquiry(engine.Encoding(made, properties, passes), (), print, "", 0) for passes in (2, 3))
     assert not few.explore()
-    assert few.moments.runs
+    assert few.bad_states.runs
     unsettled = few.encoding.circuit(few.encoding.unsettled_parts)
-    for run in few.moments.runs:
+    for run in few.bad_states.runs:
         assert any(replayed(unsettled, [(bad, run) for bad in unsettled.bad]))
     guess = few.encoding.graph.input() >> 1
-    unguessed, few.moments.runs = few.moments.runs, [tuple(step | {guess} for step in run) for run in few.moments.runs]
+    unguessed = few.bad_states.runs
+    few.bad_states.runs = [tuple(step | {guess} for step in run) for run in unguessed]
     followed: list[Inputs] = []
 
     def follow(runs: Sequence[Inputs]) -> dict[int, Reachable]:
         followed.extend(runs)
         return {}
 
-    exploration = more.moments._exploration(CoverageGoals())
-    more.moments._exploration = lambda _: exploration  # type: ignore[method-assign]
+    exploration = more.bad_states._exploration(CoverageGoals())
+    more.bad_states._exploration = lambda _: exploration  # type: ignore[method-assign]
     exploration.follow = follow  # type: ignore[method-assign]
     assert more.explore(few)
     inputs = dict(zip(few.encoding.given, more.encoding.given, strict=True))
@@ -298,9 +299,9 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
     both = "active(m.a) and active(m.b)"
     asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
     order: list[str] = []
-    at_length, run = Moments.at_length, Judging.run
+    at_length, run = BadStates.at_length, Judging.run
 
-    def noted(self: Moments) -> SideTask[Sequence[Answered]]:
+    def noted(self: BadStates) -> SideTask[Sequence[Answered]]:
         look = at_length(self)
 
         def noting(tell: Callable[[Sequence[Answered]], None]) -> None:
@@ -316,7 +317,7 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
 
     usual = judged(*asked)
     prove_little_soon(asked, monkeypatch)
-    monkeypatch.setattr(Moments, "at_length", noted)
+    monkeypatch.setattr(BadStates, "at_length", noted)
     monkeypatch.setattr(Judging, "run", lassos)
     found = judged(*asked)
     assert {key: each.verdict for key, each in found.items()} == {key: each.verdict for key, each in usual.items()}
@@ -389,7 +390,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     before: list[set[Key]] = []
     monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
-    monkeypatch.setattr(Moments, "at_length", lambda self: lambda tell: before.append(set(found)))
+    monkeypatch.setattr(BadStates, "at_length", lambda self: lambda tell: before.append(set(found)))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
     ends = forms("always (active(m.a) leads to ended(m.a))", "always possible active(m.a)")
@@ -407,7 +408,7 @@ def test_several_processes_say_the_same_as_one(spec: str, little: bool, monkeypa
     asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
     if little:
         prove_little_soon(asked, monkeypatch)
-        monkeypatch.setattr(moments.Exploration, "run", lambda exploration, *rounds: {})
+        monkeypatch.setattr(bad_states.Exploration, "run", lambda exploration, *rounds: {})
     one, two = judged(*asked), judged(*asked, spare=True)
     assert one == two
 

@@ -1,4 +1,4 @@
-"""Questions about moments of runs while they are looked into: what runs show first, what is proved soon, what is left.
+"""Bad states while they are looked into: what runs show first, what is proved soon, what is left.
 
 Runs are looked for side by side, guided by coverage, and gone on with by a solver. What none of them shows is put to
 model checkers, all of it together. That the passes of the graph are enough is a question like the others.
@@ -40,8 +40,8 @@ class _MorePasses(Exception):
 
 
 @dataclass
-class Moments:
-    """Whether some run makes bad literals true, while that is looked into.
+class BadStates:
+    """Whether some run comes to a bad state, one in which a bad literal is true, while that is looked into.
 
     `bad`: the literals; `urgent`: those of them that errors depend on, which come first; `budget`: the propagations
     that a question may cost; `said`: is told what is found of them, together what is found together.
@@ -78,7 +78,7 @@ class Moments:
 
     # ---- random runs ----
 
-    def explore(self, known: "Moments | None", cover: bool, early: Callable[[], None]) -> bool:
+    def explore(self, known: "BadStates | None", cover: bool, early: Callable[[], None]) -> bool:
         """Look for runs, say what they show, and return whether none needs more passes.
 
         Where a loop is `known` already, its runs are followed, and gone on with: while that shows anything new, or, to
@@ -107,7 +107,7 @@ class Moments:
                 others = {}
         return True
 
-    def follow(self, known: "Moments") -> None:
+    def follow(self, known: "BadStates") -> None:
         """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
         self.portfolio = replace(self.portfolio, lemmas=known.portfolio.lemmas)
         exploration = self._exploration(CoverageGoals())
@@ -119,7 +119,7 @@ class Moments:
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         return Exploration(self.circuit, range(len(self.circuit.bad)) if asked is None else asked, stimulus, coverage)
 
-    def _follow(self, exploration: Exploration, known: "Moments") -> None:
+    def _follow(self, exploration: Exploration, known: "BadStates") -> None:
         """Take the runs that are known, and what they show; what monitors guessed in them is of no use here."""
         inputs = dict(zip(known.encoding.given, self.encoding.given, strict=True))
         self.runs = [
