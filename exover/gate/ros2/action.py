@@ -4,12 +4,12 @@ import math
 
 from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
-from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGone
+from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD, ID, NO_ID, GoalReply, Stamp
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
 from exover.gate.ros2.names import Port, PortPart
-from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
+from exover.gate.ros2.outside import CallReader, Outside, Servers, ending, own_values
 from exover.gate.ros2.strays import AGAIN, Strays
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -33,9 +33,7 @@ class ActionProxy:
         self._calls: dict[CallId, ActionGoal] = {}
         self._slots: dict[SlotId, ActionGoal] = {}
         self._strays = Strays(outside, bounds, self._to_server, self._slots)
-        self._servers: frozenset[str] = frozenset()
-        self._seen: set[str] = set()
-        """Processes that have served this action."""
+        self._servers = Servers(outside, self.inner, self.requests, "goal")
         self._shown: dict[bytes, int] = {}
         """The status array of the server as it has shown it last."""
 
@@ -306,17 +304,11 @@ class ActionProxy:
 
     def servers(self, found: frozenset[str]) -> None:
         """Take which processes serve this action now."""
-        before, self._servers = self._servers, found
-        if before and not before & found:
-            self._outside.own.forget(self.inner)
-            self._strays.gone()
-            self._shown = {}
-            self._gate.tell(ModuleGone(self.requests))
-        if found and not before & found:
-            self._strays.came(self._foreign(), bool(found & self._seen))
-        if len(found) > 1 and len(before) < 2:
-            self._outside.tell(f"{len(found)} servers have the name {self.inner}: each goal may run in all of them")
-        self._seen |= found
+        self._servers.become(found, self._gone, lambda seen: self._strays.came(self._foreign(), seen))
+
+    def _gone(self) -> None:
+        self._strays.gone()
+        self._shown = {}
 
     @property
     def due(self) -> float:

@@ -9,7 +9,7 @@ from exover.dataclass import dataclass
 from exover.gate.binding import Binding, BindingKind, RequestBinding
 from exover.gate.fields import FieldPath, UnreadableField, select
 from exover.gate.gate import Gate
-from exover.gate.outer import Alarm, CallId
+from exover.gate.outer import Alarm, CallId, ModuleGone
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import Stamp
 from exover.gate.ros2.names import Port, absolute
@@ -86,6 +86,39 @@ class Outside:
     def client(self, peer: int) -> str:
         """Return what the gate calls a peer."""
         return f"{self.name}/{peer}"
+
+
+class Servers:
+    """Which processes serve one action or service, of this inner name; `call`: what they are called with."""
+
+    def __init__(self, outside: Outside, inner: str, requests: frozenset[str], call: str) -> None:
+        self._outside = outside
+        self._inner = inner
+        self._requests = requests
+        self._call = call
+        self._there: frozenset[str] = frozenset()
+        self._seen: set[str] = set()
+
+    def __bool__(self) -> bool:
+        return bool(self._there)
+
+    def become(self, found: frozenset[str], gone: Callable[[], None], came: Callable[[bool], None]) -> None:
+        """Take which processes serve it now.
+
+        `gone` is called if none of those before does, `came` if those that do are others, with whether one of them has
+        served it at any time.
+        """
+        before, self._there = self._there, found
+        if before and not before & found:
+            self._outside.own.forget(self._inner)
+            gone()
+            self._outside.gate.tell(ModuleGone(self._requests))
+        if found and not before & found:
+            came(bool(found & self._seen))
+        if len(found) > 1 and len(before) < 2:
+            told = f"{len(found)} servers have the name {self._inner}: each {self._call} may run in all of them"
+            self._outside.tell(told)
+        self._seen |= found
 
 
 def bound_to(binding: Binding, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:

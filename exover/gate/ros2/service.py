@@ -6,11 +6,11 @@ from functools import partial
 from exover.dataclass import dataclass
 from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
-from exover.gate.outer import Alarm, CallId, CancelRefused, ModuleGone, SlotSaid
+from exover.gate.outer import Alarm, CallId, CancelRefused, SlotSaid
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD
 from exover.gate.ros2.names import Port, PortPart
-from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
+from exover.gate.ros2.outside import CallReader, Outside, Servers, ending, own_values
 from exover.gate.watching import Watching
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -46,8 +46,7 @@ class ServiceProxy:
         self._asked: dict[SlotId, int] = {}
         """Which request to the server carries out a slot."""
         self._round = 0
-        self._servers: frozenset[str] = frozenset()
-        self._seen: set[str] = set()
+        self._servers = Servers(outside, self.inner, self.requests, "call")
         self.due = math.inf
 
     # ---- messages ----
@@ -154,18 +153,13 @@ class ServiceProxy:
 
     def servers(self, found: frozenset[str]) -> None:
         """Take which processes serve this service now."""
-        before, self._servers = self._servers, found
-        if before and not before & found:
-            self._outside.own.forget(self.inner)
-            self._gate.tell(ModuleGone(self.requests))
-        if found and not before & found:
-            for slot in sorted(self._gate.state.unsaid):
-                known = slot[0] in self.requests and self._bounds[slot[0]].starts_idle
-                if known and not (found & self._seen and slot in self._gate.state.slots):
-                    self._gate.tell(SlotSaid(slot, False))
-        if len(found) > 1 and len(before) < 2:
-            self._outside.tell(f"{len(found)} servers have the name {self.inner}: each call may run in all of them")
-        self._seen |= found
+        self._servers.become(found, lambda: None, self._came)
+
+    def _came(self, seen: bool) -> None:
+        for slot in sorted(self._gate.state.unsaid):
+            known = slot[0] in self.requests and self._bounds[slot[0]].starts_idle
+            if known and not (seen and slot in self._gate.state.slots):
+                self._gate.tell(SlotSaid(slot, False))
 
     def tick(self) -> None:
         """Let time pass."""
