@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 from exover.dataclass import dataclass
 
+STDIN = "<stdin>"
+"""The name of a text that is read from standard input."""
 TAB_WIDTH = 4
 """Blanks that one tab of a source line takes when the line is shown."""
 _BLOCK = 1 << 10

@@ -13,7 +13,7 @@ from exover.audit.native import compile_library
 from exover.audit.result import Audit, MissionResult
 from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_in
 from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
-from exover.cli.files import STDIN, read_spec, refuse_twice, standard_input
+from exover.cli.files import read_spec, refuse_twice, standard_input
 from exover.cli.gate import binding_of
 from exover.cli.replacing import replacing
 from exover.cli.status import CliError, ExitStatus
@@ -22,6 +22,7 @@ from exover.engines.compiler import NativeUnavailable
 from exover.gate.binding import Binding
 from exover.model.model import Model
 from exover.pipeline import build
+from exover.source import STDIN
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -19,11 +19,10 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Loaded, load, load_properties
 from exover.places import advised, find_properties, read_part
-from exover.source import Source
+from exover.source import STDIN, Source
 from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
-STDIN = "<stdin>"
 MOST_BYTES = 1 << 28
 """What tables, a certificate or a black box may have: of a file that is cut nothing is known."""
 

@@ -14,10 +14,9 @@ from typing import Literal
 from exover.dataclass import dataclass
 from exover.editor.text import EditorText
 from exover.engines.scratch import Scratch
-from exover.source import Source
+from exover.source import STDIN, Source
 from exover.syntax.includes import Gathered, one_text, original
 
-STDIN = "<stdin>"
 GRACE = 10.0
 """Seconds beyond its own that the process has to begin and to end."""
 
