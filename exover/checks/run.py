@@ -12,9 +12,10 @@ from exover.checks.questions.property import CHECK as PROPERTY
 from exover.checks.questions.property import coherence
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
-from exover.checks.schedule.engines import DIAGRAMS, Engines, compare, contradicted, first, suited, together, vacuous
+from exover.checks.schedule.engines import DIAGRAMS, Engines, suited
 from exover.checks.schedule.examination import Examination
 from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, Limits
+from exover.checks.schedule.opinions import compare, contradicted, first, together, vacuous
 from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass

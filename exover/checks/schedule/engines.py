@@ -1,16 +1,12 @@
-"""Which engines answer, and what their answers are together."""
+"""Which engines answer, and whether one claim after the other or all at once."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
-from exover.checks.finding import Finding
-from exover.checks.questions.property import UNFAIR, VACUOUS
-from exover.checks.questions.question import Check, Question
 from exover.dataclass import dataclass
-from exover.loop.claim import CONTRADICTION, CONTRADICTORY, NO_FORMULA, Claim, Judge, Opinion, SayOpinion
+from exover.loop.claim import Claim, Judge, SayOpinion
 from exover.model.property import Properties
-from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
 
 if TYPE_CHECKING:
@@ -19,8 +15,6 @@ if TYPE_CHECKING:
     from exover.loop.finite.builder import ClosedLoop
 
 EngineName = Literal["aig", "bdd", "z3", "nusmv"]
-OTHERS = "; "
-"""Between what one engine gives as its reason and what the next does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,89 +205,3 @@ def judge_of(
             raise ValueError(f"{name} is not asked one claim after the other")
         case _:
             assert_never(name)
-
-
-def finding_of(opinion: Opinion, engine: str, check: Check, question: Question) -> Finding:
-    """Return what an engine says of a claim as the finding of the check that claims it."""
-    if opinion.verdict == "unknown":
-        return question.unknown(opinion.message, engine)
-    said = check.holds if opinion.verdict == "holds" else check.violated
-    message = OTHERS.join(filter(None, (said, opinion.message)))
-    return question.answer(opinion.verdict, message, opinion.method, opinion.trace, engine)
-
-
-def first(answers: Sequence[Finding]) -> Finding:
-    """Return the first answer that is one, else that there is none with the reasons of all."""
-    for answer in answers:
-        if answer.verdict != "unknown":
-            return answer
-    return replace(answers[0], message=OTHERS.join([answers[0].message, *_reasons(answers[0], answers[1:])]))
-
-
-def together(answers: Sequence[Finding]) -> Finding:
-    """Return the first answer that is one, with the names of all engines that give it, and why others give none."""
-    chosen = first(answers)
-    if chosen.verdict == "unknown":
-        return chosen
-    named = "+".join(answer.engine for answer in answers if answer.verdict == chosen.verdict)
-    return replace(chosen, engine=named, message=OTHERS.join([chosen.message, *_reasons(chosen, answers)]))
-
-
-def _reasons(chosen: Finding, answers: Iterable[Finding]) -> Iterator[str]:
-    """Yield why engines give no answer, those left out that could not be asked, or say what is said already."""
-    for answer in answers:
-        if answer.verdict == "unknown" and answer.message not in (NO_FORMULA, chosen.message):
-            yield f"{answer.engine}: {answer.message}"
-
-
-def compare(answers: Iterable[Sequence[Finding]], assumed: bool) -> None:
-    """Raise `Disagreement` if one engine says `holds` and another `violated`.
-
-    `assumed`: there are assumptions. Unless some engine has found that they do not contradict each other, only
-    properties are compared: any other claim is about nothing then.
-    """
-    rows = list(answers)
-    coherent = not assumed or any(_coherent(answer) for row in rows for answer in row)
-    found = [row for row in rows if (coherent or row[0].check == "property") and _contrary(row)]
-    if found:
-        said = ", ".join(f"{answer.engine} says {answer.verdict}" for answer in found[0])
-        more = f"; and on {len(found) - 1} more" if found[1:] else ""
-        raise Disagreement(f"engines disagree on {found[0][0].check} of `{found[0][0].subject}`: {said}{more}")
-
-
-def _contrary(row: Sequence[Finding]) -> bool:
-    return {"holds", "violated"} <= {answer.verdict for answer in row}
-
-
-def _coherent(answer: Finding) -> bool:
-    """Return whether it is seen from an answer that the assumptions do not contradict each other."""
-    if answer.check != "property" or answer.verdict == "unknown":
-        return False
-    return answer.verdict == "holds" or (answer.engine == "bdd" and answer.message not in (CONTRADICTION, UNFAIR))
-
-
-def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return the findings; if one has found that the assumptions contradict each other, all properties are violated."""
-    shown = [each for each in findings if (each.check, each.verdict) == ("property", "violated")]
-    for found in shown:
-        _, contradictory, how = found.message.partition(CONTRADICTORY)
-        if contradictory:
-            told = replace(found, message=contradictory + how)
-            return tuple(
-                replace(told, subject=each.subject, location=each.location, seconds=each.seconds)
-                if each.check == "property"
-                else each
-                for each in findings
-            )
-    return tuple(findings)
-
-
-def vacuous(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return the findings; of a property whose premise is never true it says so if it holds."""
-    never = {each.subject for each in findings if (each.check, each.verdict) == ("vacuity", "violated")}
-    return tuple(
-        replace(each, message=VACUOUS)
-        if each.check == "property" and each.verdict == "holds" and each.subject in never
-        else each
-        for each in findings
-    )

@@ -8,8 +8,9 @@ from time import perf_counter
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.agenda import Agenda, Lot, Turn
-from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, finding_of, judge_of
+from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, judge_of
 from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.opinions import finding_of
 from exover.checks.schedule.serving import Say
 from exover.dataclass import dataclass
 from exover.engines.bdd.concretize import SpuriousRun

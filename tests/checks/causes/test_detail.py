@@ -11,7 +11,8 @@ from exover.checks.finding import Finding
 from exover.checks.questions.property import VIOLATED
 from exover.checks.questions.question import Question
 from exover.checks.run import check_all
-from exover.checks.schedule.engines import DIAGRAMS, Engines, contradicted
+from exover.checks.schedule.engines import DIAGRAMS, Engines
+from exover.checks.schedule.opinions import contradicted
 from exover.loop.claim import CONTRADICTION
 from exover.model.event import Observe
 from exover.model.model import NOWHERE
