@@ -46,7 +46,7 @@ def missions(rounds: int) -> Iterator[Row]:
 
 def _recorded(model: Model) -> list[Event]:
     from exover.model.event import Invalid
-    from exover.model.wire import read_event
+    from exover.model.wire_reading import read_event
 
     with (ROOT / "specs" / "diligent.mission.jsonl").open("rb") as file:
         read = [read_event(model, line) for line in lines_of(file) if line.strip()]

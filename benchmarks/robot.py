@@ -11,7 +11,7 @@ from exover import pipeline
 from exover.bounds.sizes import sizes
 from exover.model.event import Ask, Invalid
 from exover.model.model import Model
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.run.native import NativeEngine, build
 from exover.source import Source
 

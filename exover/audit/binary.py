@@ -26,7 +26,8 @@ from exover.model.event import ENDINGS, Abort, AbortWaiting, Ask, Event, Invalid
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Real, Value, ordinal
-from exover.model.wire import MAX_LINE, Json
+from exover.model.wire import Json
+from exover.model.wire_reading import MAX_LINE
 from exover.run.codec import Codec
 from exover.run.records import NO_NUMBER, RecordCodec, name_of
 

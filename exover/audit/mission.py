@@ -7,7 +7,8 @@ from typing import Any, Literal, TypeGuard
 from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
-from exover.model.wire import Json, read_entries, read_object
+from exover.model.wire import Json
+from exover.model.wire_reading import read_entries, read_object
 from exover.run.codec import C_CODES
 
 CODES = (*C_CODES, "wrong-type")

@@ -11,7 +11,8 @@ from exover.audit.binary import NoMission
 from exover.audit.mission import DEEDS, KINDS, Noted, Unread, read_noted, read_time
 from exover.model.event import Invalid
 from exover.model.model import Model
-from exover.model.wire import Json, read_object
+from exover.model.wire import Json
+from exover.model.wire_reading import read_object
 
 COLUMNS = ("time", "kind", "name", "instance", "args", "results", "outcome", "status", "value", "waiting", "actions")
 VALUES = ("args", "results", "value", "actions")

@@ -8,7 +8,7 @@ from typing import BinaryIO
 from exover.audit.binary import MAGIC, NoMission, RecordReader, refuse_overlong, split
 from exover.audit.mission import Noted, read_line
 from exover.model.model import Model
-from exover.model.wire import MAX_LINE, TOO_LONG
+from exover.model.wire_reading import MAX_LINE, TOO_LONG
 from exover.run.simulate import lines_of
 
 LINES = (".jsonl", ".json", ".ndjson", ".log")

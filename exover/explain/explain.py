@@ -10,7 +10,7 @@ from exover.model.explanation import Account, Explanation, RuleVerdict
 from exover.model.model import Location, Model
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 
 
 def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str | bytes]) -> Explanation | None:

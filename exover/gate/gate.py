@@ -28,7 +28,7 @@ from exover.model.model import Model
 from exover.model.state import SlotId
 from exover.model.texts import WireTexts, encode
 from exover.model.types import Bool
-from exover.model.wire import read_entries
+from exover.model.wire_reading import read_entries
 from exover.ocrd.tables import Tables
 from exover.run.simulate import Engine
 

@@ -27,7 +27,7 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Type, Value
 from exover.model.waiting import may_wait
-from exover.model.wire import domain
+from exover.model.wire_reading import domain
 from exover.model.wording import value_text
 from exover.source import Source
 from exover.toml import KeyPath, read_toml

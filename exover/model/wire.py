@@ -1,16 +1,11 @@
-"""Events and answers as JSON lines (docs/language.md section 7).
-
-Whatever a line holds, reading it returns an event or the `Invalid` that answers it. The faults that depend on the state
-(`not-active`, `nothing-to-abort`) are found by the engines, which know it.
-"""
+"""Events and answers as JSON lines, written (docs/language.md section 7); `wire_reading` reads them."""
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from typing import Any, assert_never
 
-from exover.diagnostics import did_you_mean, quote
 from exover.model.event import (
     Abort,
     AbortWaiting,
@@ -28,284 +23,27 @@ from exover.model.event import (
     Waits,
 )
 from exover.model.model import Model, Parameter
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
+from exover.model.types import Bool, Enum, Int, Real, Type, Value
 
-MAX_LINE = 1 << 20
-"""Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
-TOO_LONG = MAX_LINE + len(b"\r\n")
-"""So many bytes without a line feed show that a line is longer."""
 MAX_DIGITS = 400
 """Digits of the longest integer that is read exactly; the largest double has 309, so a longer one is in no domain."""
 WHOLE = 10**16
 """Below it a whole double is printed like an integer; above it Python prints an exponent and no fraction."""
 
-_TINY = Decimal("1e-400")
-"""A fraction that no double can tell from nought."""
-
 Json = dict[str, Any]
-
-
-# ---- reading ----
-
-
-def read_event(model: Model, line: str | bytes) -> Event | Invalid:
-    """Return the event of a line, or the first of its faults in the order of docs/language.md section 7."""
-    entries = read_object(line)
-    return entries if isinstance(entries, Invalid) else read_entries(model, entries)
-
-
-def read_entries(model: Model, entries: Json) -> Event | Invalid:
-    """Return the event of an object, or the first of its faults, as `read_event` does for a line that holds it."""
-    for kind, read in _READERS.items():
-        if kind in entries:
-            return read(model, entries)
-    return Invalid("bad-event", "none of ask, report, observe, abort is there")
-
-
-def read_object(line: str | bytes) -> Json | Invalid:
-    """Return the JSON object of a line."""
-    if 4 * len(line) > MAX_LINE and _size(line) > MAX_LINE:  # a character has up to four bytes
-        return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
-    try:
-        text = line.decode("utf-8-sig") if isinstance(line, bytes) else line.removeprefix("\ufeff")
-        found = _DECODER.decode(text.rstrip("\r\n"))
-    except UnicodeDecodeError as error:
-        return Invalid("bad-event", f"the line is not UTF-8: {error.reason} at byte {error.start + 1}")
-    except json.JSONDecodeError as error:
-        reason = error.msg[:1].lower() + error.msg[1:]
-        return Invalid("bad-event", f"the line is not JSON: {reason}, column {error.colno}")
-    except RecursionError:
-        return Invalid("bad-event", "the line is nested too deep")
-    if not isinstance(found, dict):
-        return Invalid("bad-event", f"the line is {_show(found)}, not an object")
-    return found
-
-
-def _size(line: str | bytes) -> int:
-    """Return of how many bytes a line is, its end left out."""
-    data = line.encode(errors="surrogatepass") if isinstance(line, str) else line
-    return len(data.rstrip(b"\r\n"))
-
-
-def _whole(text: str) -> int | float:
-    # Python refuses to read integers of more than some thousand digits, and needs quadratic time for the others.
-    if len(text) > MAX_DIGITS:
-        return -math.inf if text.startswith("-") else math.inf
-    return int(text)
-
-
-def _fraction(text: str) -> Decimal | float:
-    # A Decimal keeps what is written, so that no fraction is rounded away where an integer is due; magnitudes that a
-    # double cannot tell from nought or from infinity have exponents that a Decimal may refuse: then any such does.
-    value = float(text)
-    if value == 0 and set("123456789") & set(text.lower().partition("e")[0]):
-        return _TINY
-    return Decimal(text) if 0 < abs(value) < math.inf else value
-
-
-_DECODER = json.JSONDecoder(parse_int=_whole, parse_float=_fraction)
-
-
-def _ask(model: Model, entries: Json) -> Event | Invalid:
-    name = _request(model, entries["ask"])
-    if isinstance(name, Invalid):
-        return name
-    args = _values(name, "parameter", model.request[name].params, entries.get("args", {}))
-    return args if isinstance(args, Invalid) else Ask(name, args)
-
-
-def _report(model: Model, entries: Json) -> Event | Invalid:
-    name = _request(model, entries["report"])
-    if isinstance(name, Invalid):
-        return name
-    slot = _slot(model, name, entries)
-    if isinstance(slot, Invalid):
-        return slot
-    request = model.request[name]
-    match entries.get("outcome"):
-        case "ok":
-            results = _values(name, "result", request.results, entries.get("results", {}))
-            return results if isinstance(results, Invalid) else Report(name, slot, "ok", results)
-        case "failed":
-            status = entries.get("status")
-            if "status" in entries and not (isinstance(status, str) and status in request.statuses):
-                known = f"it fails as {', '.join(request.statuses)}" if request.statuses else "it declares none"
-                return Invalid("unknown-status", f"{_show(status)} is no status of {name}: {known}")
-            return Report(name, slot, "failed", status=status)
-        case "interrupted":
-            return Report(name, slot, "interrupted")
-        case other:
-            found = _show(other) if "outcome" in entries else "missing"
-            return Invalid("bad-event", f"the outcome is {found}, not one of `ok`, `failed`, `interrupted`")
-
-
-def _observe(model: Model, entries: Json) -> Event | Invalid:
-    name = entries["observe"]
-    observable: dict[str, Type] = {v.name: v.type for v in model.variables if v.kind == "poster"}
-    observable |= {r.name: Int(0, r.capacity) for r in model.resources if r.consumable}
-    if not isinstance(name, str) or name not in observable:
-        return _unknown("unknown-poster", "poster or consumable resource", name, observable)
-    kind = observable[name]
-    if "value" not in entries:
-        return Invalid("missing-argument", f"`value` is missing: {name} reads {domain(kind)}")
-    value = _value(kind, entries["value"], name)
-    if not isinstance(value, Invalid):
-        return Observe(name, value)
-    fallback = model.variable[name].fallback if name in model.variable else None
-    if value.code == "out-of-range" and fallback is not None:
-        return Observe(name, fallback, broken=True)
-    return value
-
-
-def _abort(model: Model, entries: Json) -> Event | Invalid:
-    name = _request(model, entries["abort"])
-    if isinstance(name, Invalid):
-        return name
-    if entries.get("waiting") is True:
-        return AbortWaiting(name)
-    slot = _slot(model, name, entries)
-    return slot if isinstance(slot, Invalid) else Abort(name, slot)
-
-
-_READERS: dict[str, Callable[[Model, Json], Event | Invalid]] = {
-    "ask": _ask,
-    "report": _report,
-    "observe": _observe,
-    "abort": _abort,
-}
-
-
-def _request(model: Model, found: object) -> str | Invalid:
-    if isinstance(found, str) and found in model.request:
-        return found
-    return _unknown("unknown-request", "request", found, model.request)
-
-
-def _slot(model: Model, name: str, entries: Json) -> int | Invalid:
-    kind = Int(0, model.request[name].instances - 1)
-    value = _value(kind, entries.get("instance", 0), f"the instance of {name}")
-    return value if isinstance(value, Invalid) else int(value)
-
-
-def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
-    """Return the values of an object in the order of the parameters; `word`: what one of them is called."""
-    if isinstance(found, dict) and len(found) == len(parameters):
-        each = [(parameter.type, found.get(parameter.name)) for parameter in parameters]
-        values = tuple([value for kind, one in each if (value := _fitting(kind, one)) is not None])
-        if len(values) == len(parameters):
-            return values
-    return _named_values(name, word, parameters, found)
-
-
-def _named_values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
-    """Return the same, or the first fault."""
-    if not isinstance(found, dict):
-        return Invalid("bad-event", f"the {word}s of {name} are {_show(found)}, not an object")
-    known = [parameter.name for parameter in parameters]
-    for key in found:
-        if key not in known:
-            return _unknown("unknown-argument", word, key, known, f"{name} has")
-    values: list[Value] = []
-    for parameter in parameters:
-        if parameter.name not in found:
-            return Invalid("missing-argument", f"{name} lacks `{parameter.name}`, {domain(parameter.type)}")
-        value = _value(parameter.type, found[parameter.name], f"`{parameter.name}` of {name}")
-        if isinstance(value, Invalid):
-            return value
-        values.append(value)
-    return tuple(values)
-
-
-def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
-    """Return what was found as a value of this type: an int as `int`, a real as the nearest `float`, never -0.0."""
-    value = _fitting(kind, found)
-    if value is not None:
-        return value
-    code = "wrong-type" if _typed(kind, found) is None else "out-of-range"
-    return Invalid(code, f"{subject} is {_show(found)}, not {domain(kind)}")
-
-
-def _fitting(kind: Type, found: object) -> Value | None:
-    """Return what was found as a value of this type, None if it is none."""
-    value = _typed(kind, found)
-    return value if value is not None and contains(kind, value) else None
-
-
-def _typed(kind: Type, found: object) -> Value | None:
-    """Return what was found as the Python type that stands for `kind`, in its domain or not; None if it is no such."""
-    match kind:
-        case Real() | Int():
-            if isinstance(found, bool) or not isinstance(found, (int, float, Decimal)):
-                return None
-            if isinstance(kind, Real):
-                return _double(found)
-            if isinstance(found, float) and not math.isfinite(found):
-                return found
-            return int(found) if found == int(found) else None
-        case Bool():
-            return found if isinstance(found, bool) else None
-        case Enum():
-            return found if isinstance(found, str) else None
-        case _:
-            assert_never(kind)
-
-
-def _double(number: int | float | Decimal) -> float:
-    """Return the double nearest to a number, an infinity if it is beyond the largest."""
-    try:
-        return float(number) + 0.0  # -0.0 becomes 0.0
-    except OverflowError:
-        return math.inf if number > 0 else -math.inf
-
-
-# ---- details ----
-
-
-def _unknown(code: str, word: str, found: object, known: Iterable[str], there_is: str = "there is") -> Invalid:
-    hint = did_you_mean(found, known) if isinstance(found, str) else ""
-    return Invalid(code, f"{there_is} no {word} {_show(found)}" + (f"; {hint}" if hint else ""))
-
-
-def domain(kind: Type) -> str:
-    """Return a type as a reader of a fault wants it named."""
-    match kind:
-        case Bool():
-            return "true or false"
-        case Int(low, high):
-            return f"an integer in {low} .. {high}"
-        case Real(low, high):
-            bounded = math.isfinite(low) or math.isfinite(high)
-            return f"a number in {number(low)} .. {number(high)}" if bounded else "a finite number"
-        case Enum(names):
-            return f"one of {', '.join(names)}"
-        case _:
-            assert_never(kind)
-
-
-def _show(found: object) -> str:
-    """Return what was found, short enough for a message."""
-    match found:
-        case None:
-            return "null"
-        case bool():
-            return "true" if found else "false"
-        case str():
-            return quote(found)
-        case list():
-            return "a list"
-        case dict():
-            return "an object"
-        case _:
-            text = str(found)
-            return text if len(text) <= 40 else f"{text[:40]}…"
-
-
-# ---- writing ----
 
 
 def number(value: float) -> int | float:
     """Return the number that JSON prints for a double: whole ones have no fraction, so 2 for 2.0 and 0 for -0.0."""
     return int(value) if abs(value) < WHOLE and value.is_integer() else value
+
+
+def as_double(number: int | float | Decimal) -> float:
+    """Return the double nearest to a number, an infinity if it is beyond the largest."""
+    try:
+        return float(number) + 0.0  # -0.0 becomes 0.0
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def indented(found: object) -> str:
@@ -392,7 +130,7 @@ def _outside(kind: Type) -> int | str:
             return high + 1
         case Real(_, high):
             beyond = math.floor(high) + 1 if math.isfinite(high) else 10**MAX_DIGITS
-            return beyond if _double(beyond) > high else 10**MAX_DIGITS
+            return beyond if as_double(beyond) > high else 10**MAX_DIGITS
         case Enum():
             return "?"  # no name of the language
         case Bool():

@@ -18,7 +18,8 @@ from exover.manual import page
 from exover.model.model import Location, Model, Parameter
 from exover.model.trace import Moment
 from exover.model.types import Enum, Type
-from exover.model.wire import Json, answer_line, domain, event_json
+from exover.model.wire import Json, answer_line, event_json
+from exover.model.wire_reading import domain
 from exover.ocrd.tables import Tables
 from exover.page.rules import RuleText, rules
 from exover.report.policy import excuse_text

@@ -11,7 +11,8 @@ from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import run
-from exover.model.wire import action_json, indented, read_event
+from exover.model.wire import action_json, indented
+from exover.model.wire_reading import read_event
 from exover.model.wording import action_text, visible
 from exover.report.json import steps_json
 from exover.report.story import Story, story_lines, story_of

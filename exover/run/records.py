@@ -23,7 +23,8 @@ from exover.model.event import (
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
-from exover.model.wire import Json, read_entries
+from exover.model.wire import Json
+from exover.model.wire_reading import read_entries
 from exover.ocrd.reasons import reasons
 
 NO_NUMBER = 0xFFFF

@@ -11,7 +11,8 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.replayed import BareAction, Replayed
 from exover.model.types import Bool, Enum, Int, Real, Value, from_ordinal
-from exover.model.wire import MAX_DIGITS, Json, number, read_event
+from exover.model.wire import MAX_DIGITS, Json, number
+from exover.model.wire_reading import read_event
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.run import box

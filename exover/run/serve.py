@@ -11,7 +11,8 @@ from typing import NoReturn
 from exover.dataclass import dataclass
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
-from exover.model.wire import MAX_LINE, answer_line, read_entries, read_object
+from exover.model.wire import answer_line
+from exover.model.wire_reading import MAX_LINE, read_entries, read_object
 from exover.run.records import LISTEN, RecordCodec
 from exover.run.simulate import Engine
 

@@ -6,7 +6,8 @@ from typing import BinaryIO, Protocol
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
-from exover.model.wire import TOO_LONG, answer_line, read_event
+from exover.model.wire import answer_line
+from exover.model.wire_reading import TOO_LONG, read_event
 
 
 class Engine(Protocol):

@@ -14,7 +14,7 @@ from exover.audit.binary import LENGTH, MissionWriter, RecordReader
 from exover.audit.mission import LaunchDeed, LostLines, Unread, Void, read_line
 from exover.audit.result import MissionResult
 from exover.model.event import Ask, Observe
-from exover.model.wire import MAX_LINE
+from exover.model.wire_reading import MAX_LINE
 from tests.audit.missions import CRANE, FREE, LOOSE, built, library, mixed, simulated, told, write
 
 OTHER = FREE.replace("poster wind", "enum zone { near, far } poster place: zone = near; poster wind").replace(

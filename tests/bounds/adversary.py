@@ -16,7 +16,7 @@ from exover.bounds.events import Bound, bounds
 from exover.engines.aig.costs import tightened
 from exover.model.event import Event, Invalid
 from exover.model.model import Model
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.pipeline import Build, build, load
 from exover.source import Source
 from tests.bounds.counting import Counting, copied

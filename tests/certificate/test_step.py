@@ -9,7 +9,7 @@ from exover.certificate.check import Checker
 from exover.certificate.table import decode
 from exover.model.event import Invalid, Observe
 from exover.model.trace import Moment, Trace, run
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.ocrd.compile import compile_model
 from exover.ocrd.packing import pack
 from exover.proofs.runs import RunWriter

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from exover.model.wire import MAX_LINE
+from exover.model.wire_reading import MAX_LINE
 from tests.cli.specs import SPEC
 from tests.support.command import COMMAND, environment
 

@@ -13,7 +13,7 @@ from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe
 from exover.model.model import Model, Parameter
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.pipeline import Build, build
 from exover.run.native import NativeEngine
 from tests.bounds.counting import random_events

@@ -17,7 +17,7 @@ from exover.model.event import Ask, Event, Invalid, Killed, Launched, Observe, R
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.report.explanation import render_json, render_text
 from tests.support.engines import model_of
 from tests.support.events import Stream

@@ -11,7 +11,8 @@ import pytest
 
 from exover.gate.reading import read_binding
 from exover.model.semantics import Reference
-from exover.model.wire import action_json, read_entries
+from exover.model.wire import action_json
+from exover.model.wire_reading import read_entries
 from exover.pipeline import load
 from exover.source import Source
 

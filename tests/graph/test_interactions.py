@@ -8,7 +8,7 @@ import exover
 from exover.graph.interactions import Interaction, InteractionGraph, interactions
 from exover.model.event import Killed, Waits
 from exover.model.model import Model
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from tests.support.events import Stream
 
 ROOT = Path(__file__).resolve().parents[2]

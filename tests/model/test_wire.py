@@ -25,7 +25,8 @@ from exover.model.event import (
 from exover.model.expression import TRUE
 from exover.model.model import Latch, Model, Parameter, Request, Resource, Variable
 from exover.model.types import Bool, Enum, Int, Real, Type
-from exover.model.wire import MAX_LINE, action_json, answer_line, event_json, read_event
+from exover.model.wire import action_json, answer_line, event_json
+from exover.model.wire_reading import MAX_LINE, read_event
 
 ZONE = Enum(("base", "dock", "field"))
 EXACT = Int(-(2**62), 2**62)

@@ -2,7 +2,7 @@
 
 from exover.model.event import Invalid, Observe
 from exover.model.trace import Moment, run
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from tests.support.engines import model_of
 from tests.support.events import Stream
 

@@ -15,7 +15,7 @@ from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, run
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.pipeline import build, load
 from exover.rendering import picture, summarise
 from exover.report import json as json_report

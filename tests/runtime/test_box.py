@@ -14,7 +14,7 @@ import pytest
 from exover.emit import c, rust
 from exover.engines.compiler import compile_in
 from exover.model.event import Invalid
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.pipeline import Build, build, engine
 from exover.run import box
 from exover.run.box import HEADER, LINE, BoxStep, NotABox, read_box

@@ -17,7 +17,7 @@ from exover.bounds.sizes import stack_bytes
 from exover.emit import c
 from exover.model.event import Invalid
 from exover.model.model import Model
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
 from exover.run.native import NativeEngine

@@ -12,7 +12,8 @@ from exover.model.model import Consumption, Model, Parameter, Share
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
-from exover.model.wire import answer_line, read_event
+from exover.model.wire import answer_line
+from exover.model.wire_reading import read_event
 
 Line = dict[str, Any]
 

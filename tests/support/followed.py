@@ -25,7 +25,7 @@ from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Invalid, O
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation
 from exover.model.state import State
 from exover.model.types import Bool, Value, ordinal
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from tests.support.events import Stream
 from tests.support.moments import happening
 from tests.support.oracle import _broken as broken

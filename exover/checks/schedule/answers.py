@@ -19,7 +19,8 @@ from exover.model.canonical import essence
 from exover.model.event import Action, Event, Invalid
 from exover.model.property import Properties, formulas
 from exover.model.trace import Trace, run
-from exover.model.wire import Json, event_json, read_entries
+from exover.model.wire import Json, event_json
+from exover.model.wire_reading import read_entries
 from exover.ocrd.compile import Compiled
 from exover.ocrd.packing import pack
 from exover.ocrd.trace_replay import TraceReplay

@@ -12,7 +12,7 @@ from exover.loop.exact.term import Term, Terms
 from exover.model.event import Event, Invalid, Launched, Rejected
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.wire import read_event
+from exover.model.wire_reading import read_event
 from exover.ocrd.compile import Compiled
 from tests.support.engines import model_of
 from tests.support.events import Stream
