@@ -19,21 +19,22 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, U
 from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.coverage import coverage_goals
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
-from exover.engines.aig.exploration import Exploration, Seed, state_of, thinned
+from exover.engines.aig.evaluation import whole_evaluator
+from exover.engines.aig.exploration import Exploration, Seed, thinned
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.lanes import numbers
+from exover.engines.aig.preconditions import Preconditions
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Stimulus
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
+from exover.engines.aig.symbolic_simulation import copied
 from exover.engines.aig.way_literals import WayEncoder
 from exover.engines.aig.word_simulation import WordSimulation
 from exover.engines.aig.words import lit
@@ -151,8 +152,9 @@ class Ways:
         home_reachable, self.home = home is not None, home or HomeSpace(self.encoding)
         self.prefix = () if home_reachable else self.home.run
         self.beginnings.home = self.home.run if home_reachable else ()
-        self.begins = self._begins(home_reachable)
-        self._unfold(home_reachable)
+        self.preconditions = Preconditions(
+            self.graph, self.circuit, self.aims, self.fresh, self.home.fixed, home_reachable
+        )
         known = self.beginnings.passed(self.runs, self.budget.samples // 2)
         known += self.beginnings.of_new_modes(self.runs, self.budget.samples // 2)
         self._take(self.beginnings.of(known))
@@ -164,38 +166,10 @@ class Ways:
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
 
-    def _begins(self, home_reachable: bool) -> list[Literal]:
-        """Return, by question, in which states it is enough to have a way."""
-        home = self.graph.all(2 * node + (not value) for node, value in self.home.fixed.items())
-        return [home if home_reachable and aim.from_home else aim.since for aim in self.aims]
-
     def _answer(self, index: int, verdict: WayAnswer) -> None:
         del self.left[index]
         self.rehearsal.drop(index)
         self.say(index, verdict)
-
-    # ---- where ways begin ----
-
-    def _unfold(self, home_reachable: bool) -> None:
-        """Unfold the runs from all states in which ways begin, for each question those of its own."""
-        idle: Symbolic = self._anywhere | {node: int(value) for node, value in self.home.fixed.items()}
-        groups = []
-        for at_home in (True, False):
-            mine = [k for k, aim in enumerate(self.aims) if (home_reachable and aim.from_home) == at_home]
-            first = idle if at_home else self._anywhere
-            hits = tuple(self.hits[k] for k in mine)
-            groups.append((mine, SymbolicSimulation(self.graph, self.circuit, hits, first)))
-        found: list[tuple[SymbolicSimulation, int]] = [(groups[0][1], 0)] * len(self.aims)
-        for mine, unfolding in groups:
-            for place, k in enumerate(mine):
-                found[k] = unfolding, place
-        self._places = [place for _, place in found]
-        self._unfoldings = [unfolding for unfolding, _ in found]
-
-    @cached_property
-    def _anywhere(self) -> dict[int, Literal]:
-        """Any state in which a way begins, by latch."""
-        return {latch.node: 2 * latch.node for latch in self.circuit.latches} | dict.fromkeys(self.fresh, TRUE)
 
     # ---- words ----
 
@@ -203,10 +177,8 @@ class Ways:
         """Rehearse words from more states, and return those of them from which a question has none that is not hard."""
         if not samples:
             return []
-        conditions, everywhere = self._conditions, (1 << len(samples)) - 1
-        values = conditions.values(state_of(self.circuit.latches, samples))
         first = len(self.rehearsal.samples)
-        self.rehearsal.add(samples, {k: conditions.read(values, self.begins[k], everywhere) for k in self.left})
+        self.rehearsal.add(samples, self.preconditions.needed(samples, self.left))
         unhelped = self.rehearsal.unhelped().items()
         missed = reduce(or_, (where for k, where in unhelped if k not in self.hard), 0) >> first
         return [sample for number, sample in enumerate(samples) if missed >> number & 1]
@@ -340,9 +312,7 @@ class Ways:
 
     def _begin_anywhere(self, index: int) -> None:
         """Ask a question of every state in which it needs a way, not of home states alone."""
-        self.begins[index] = self.aims[index].since
-        unfolding = SymbolicSimulation(self.graph, self.circuit, (self.hits[index],), self._anywhere)
-        self._unfoldings[index], self._places[index] = unfolding, 0
+        self.preconditions.begin_anywhere(index)
         self.rehearsal.drop(index)
         passed = self.beginnings.passed(self.runs, self.budget.samples // 2)
         self._take([self.beginnings.fresh_at(seed) for seed in passed])
@@ -357,19 +327,11 @@ class Ways:
             words = shorten(self._from(sample, wanted), runs, self.cone).values()
             self.rehearsal.learn([(*prefix, *word) for word in words])
 
-    @cached_property
-    def _conditions(self) -> Evaluator:
-        """Evaluates where ways begin."""
-        literals = [*self.begins, *(aim.since for aim in self.aims)]
-        return evaluator(self.graph.within_step(), literals)
-
     # ---- proofs ----
 
     def _unhelpful(self, index: int) -> StatesOfKind:
         """Return where a way must begin, and where no word is one."""
-        unfolding, place = self._unfoldings[index], self._places[index]
-        helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
-        return self.begins[index], self.graph.any((helped ^ 1, self.aims[index].lost))
+        return self.preconditions.unhelped(index, self.rehearsal.chosen(index))
 
     @cached_property
     def _implicants(self) -> Implicants:
@@ -420,7 +382,7 @@ class Ways:
 
     def _tried(self) -> dict[int, tuple[Literal, list[Inputs]]]:
         """Return, by question, where its ways begin and which words are known."""
-        return {index: (self.begins[index], self.rehearsal.chosen(index)) for index in self.left}
+        return {index: (self.preconditions.begins[index], self.rehearsal.chosen(index)) for index in self.left}
 
 
 def _begun(circuit: Circuit, sample: Seed) -> Circuit:

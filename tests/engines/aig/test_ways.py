@@ -15,6 +15,7 @@ from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, StatesOfKind
+from exover.engines.aig.preconditions import Preconditions
 from exover.engines.aig.questions import CutOff, Questions, questions_in
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, WaysBudget, judge_ways
@@ -92,8 +93,7 @@ def unprepared(made: Compiled, decide: Decide = decide) -> Ways:
     encoding, asked = asked_of(made)
     found = Ways(encoding, list(asked.values()), known_runs(encoding), decide, lambda *_: None, BUDGET, runs_from_start)
     found.home, found.prefix = HomeSpace(encoding), ()
-    found.begins = found._begins(False)
-    found._unfold(False)
+    found.preconditions = Preconditions(found.graph, found.circuit, found.aims, found.fresh, found.home.fixed, False)
     found._take(found.beginnings.of(found.beginnings.passed(found.runs, 64)))
     return found
 

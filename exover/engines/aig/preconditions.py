@@ -1,0 +1,71 @@
+"""Where questions need a way, and where words are one (weakest preconditions; Dijkstra 1975), over the state."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.evaluation import Evaluator, evaluator
+from exover.engines.aig.exploration import Seed, state_of
+from exover.engines.aig.graph import TRUE, Circuit, Graph
+from exover.engines.aig.implicants import StatesOfKind
+from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation
+from exover.engines.aig.way_literals import WayLiterals
+
+
+class Preconditions:
+    """Of each question, by number, where it needs a way, and where words are one.
+
+    `home`: the latches that have one value in home states; if these are reachable from everywhere, it is enough for
+    most questions to have a way there.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        circuit: Circuit,
+        aims: Sequence[WayLiterals],
+        fresh: Iterable[int],
+        home: Mapping[int, bool],
+        home_reachable: bool,
+    ) -> None:
+        self._graph = graph
+        self._circuit = circuit
+        self._aims = aims
+        self._anywhere: Symbolic = {each.node: 2 * each.node for each in circuit.latches} | dict.fromkeys(fresh, TRUE)
+        """Any state in which a way begins, by latch."""
+        at_home = [home_reachable and aim.from_home for aim in aims]
+        is_home = graph.all(2 * node + (not value) for node, value in home.items())
+        self.begins = [is_home if so else aim.since for so, aim in zip(at_home, aims, strict=True)]
+        """In which states it is enough to have a way."""
+        self._unfoldings: dict[int, tuple[SymbolicSimulation, int]] = {}
+        """The runs from all states in which ways begin, with the place of the question among those that share them."""
+        idle = self._anywhere | {node: int(value) for node, value in home.items()}
+        for so, first in ((True, idle), (False, self._anywhere)):
+            self._unfold([index for index, each in enumerate(at_home) if each == so], first)
+
+    def _unfold(self, questions: Sequence[int], first: Symbolic) -> None:
+        hits = tuple(self._aims[index].hit for index in questions)
+        unfolding = SymbolicSimulation(self._graph, self._circuit, hits, first)
+        self._unfoldings |= {index: (unfolding, place) for place, index in enumerate(questions)}
+
+    def begin_anywhere(self, index: int) -> None:
+        """Let a question need a way in every state that it is about, not in home states alone."""
+        self.begins[index] = self._aims[index].since
+        self._unfold([index], self._anywhere)
+
+    def needed(self, states: Sequence[Seed], questions: Iterable[int]) -> dict[int, int]:
+        """Return, by question, in which of some states, as bits, it needs a way."""
+        conditions, everywhere = self._conditions, (1 << len(states)) - 1
+        values = conditions.values(state_of(self._circuit.latches, states))
+        return {index: conditions.read(values, self.begins[index], everywhere) for index in questions}
+
+    def unhelped(self, index: int, words: Iterable[Inputs]) -> StatesOfKind:
+        """Return where a question needs a way, and where none of these words is one."""
+        unfolding, place = self._unfoldings[index]
+        helped = self._graph.any(unfolding.seen(word)[place] for word in words)
+        return self.begins[index], self._graph.any((helped ^ 1, self._aims[index].lost))
+
+    @cached_property
+    def _conditions(self) -> Evaluator:
+        """Evaluates where ways begin."""
+        return evaluator(self._graph.within_step(), [*self.begins, *(aim.since for aim in self._aims)])
