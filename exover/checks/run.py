@@ -124,16 +124,16 @@ def check_all(
         engines = suited(engines, examination.context(progress).analysis)
     answers = KnownAnswers(stored, engines.names)
     known = answers.answered(put)
-    unknown = tuple(pair for number, pair in enumerate(put) if number not in known)
+    left = tuple(pair for number, pair in enumerate(put) if number not in known)
     spare = limits.jobs > 1 and not engines.compared
-    runner = TaskRunner(examination, unknown, engines, count, limits.seconds is not None, spare)
+    runner = TaskRunner(examination, left, engines, count, limits.seconds is not None, spare)
     sheet = _Sheet(runner, audience, known, figures)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason
-    rows = [sheet.row(number, reason) for number in range(len(unknown))]
+    rows = [sheet.row(number, reason) for number in range(len(left))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
-    found = iter([together(row) if engines.compared else first(row) for row in rows])
+    found = iter(map(sheet.answer, rows))
     findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
     settled = Settled(answers, put, findings, sheet.bits)
     known_so_far = contradicted(vacuous(findings))
@@ -210,9 +210,12 @@ class _Sheet:
         said = self._said(number)
         row = self._row(question)
         if not self._open(row) or (said.verdict != "unknown" and not self.runner.engines.compared):
-            found = [each for each in row if each is not None]
-            self.audience.finds(together(found) if self.runner.engines.compared else first(found))
+            self.audience.finds(self.answer([each for each in row if each is not None]))
         return said.verdict == "unknown"
+
+    def answer(self, row: Sequence[Finding]) -> Finding:
+        """Return what engines that are compared say together, else the first answer that is one."""
+        return together(row) if self.runner.engines.compared else first(row)
 
     def row(self, question: int, reason: str) -> Sequence[Finding]:
         """Return what each engine says of a question; if none has an answer, and one was not asked, for this reason."""
