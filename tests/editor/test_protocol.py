@@ -2,8 +2,9 @@
 
 import json
 import subprocess
-import sys
 from typing import Any
+
+from tests.support.warm import SERVER, command
 
 HOVER = "textDocument/hover"
 NOWHERE = {"textDocument": {"uri": "file:///nowhere.exo"}, "position": {"line": 0, "character": 0}}
@@ -19,8 +20,7 @@ def answers(*messages: object) -> list[tuple[Any, int | None]]:
     """Return what is answered to messages, as number and code of the error, if it is one; bytes go as they are."""
     bodies = [each if isinstance(each, bytes) else json.dumps(each).encode() for each in messages]
     sent = b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies)
-    command = [sys.executable, "-m", "exover", "lsp"]
-    ended = subprocess.run(command, input=sent, capture_output=True, timeout=60, check=True)
+    ended = subprocess.run([command(verbs=(SERVER,)), SERVER], input=sent, capture_output=True, timeout=60, check=True)
     assert ended.stderr == b""
     found = [json.loads(each.partition(b"Content-Length")[0]) for each in ended.stdout.split(b"\r\n\r\n")[1:]]
     assert all("method" not in each for each in found), found

@@ -18,6 +18,8 @@ from pygls.protocol import JsonRPCProtocol
 
 import exover
 from tests.support.editing import Editor, at, place
+from tests.support.warm import SERVER
+from tests.support.warm import command as warm
 
 ROOT = Path(__file__).resolve().parents[2]
 ROVER = (ROOT / "specs" / "rover.exo").read_text(encoding="utf-8")
@@ -255,7 +257,7 @@ def test_what_is_not_understood_is_refused_and_no_more(editor: Editor, rover: st
 def test_it_ends_when_the_pipe_is_closed(tmp_path: Path) -> None:
     for said in (b"", b"Content-Length: 1000\r\n\r\n{", b"no header at all\r\n"):
         ended = subprocess.run(
-            [sys.executable, "-m", "exover", "lsp", "--stdio"],
+            [warm(verbs=(SERVER,)), SERVER, "--stdio"],
             input=said,
             capture_output=True,
             timeout=60,

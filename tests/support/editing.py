@@ -1,7 +1,6 @@
 """An editor for tests: the client of pygls, speaking to `exover lsp` over standard input and output."""
 
 import asyncio
-import sys
 from collections.abc import Awaitable, Callable, Coroutine
 from pathlib import Path
 from threading import Thread
@@ -12,6 +11,7 @@ from lsprotocol import types
 from pygls.lsp.client import LanguageClient
 
 from exover.source import Source
+from tests.support.warm import SERVER, command
 
 T = TypeVar("T")
 PATIENCE = 60.0
@@ -28,7 +28,7 @@ class Editor:
         self.published: dict[str, list[types.Diagnostic]] = {}
         self.versions: dict[str, int] = {}
         self.client = self._client()
-        self.run(self.client.start_io(sys.executable, "-m", "exover", "lsp"))
+        self.run(self.client.start_io(str(command(verbs=(SERVER,))), SERVER))
         general = types.GeneralClientCapabilities(position_encodings=list(encodings) or None)
         capabilities = types.ClientCapabilities(general=general)
         options = {"checkSeconds": seconds}

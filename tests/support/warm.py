@@ -3,7 +3,7 @@
 What it is asked and where it reads and writes are those of its caller, whose other files it has as well. It is no child
 of its caller and hears none of its signals: what is about these runs `python -m exover`.
 
-`python -m tests.support.warm FOLDER` is the process: it answers at a socket in the folder until its input ends.
+`python -m tests.support.warm FOLDER VERB…` is the process: it answers at a socket in the folder until its input ends.
 """
 
 import atexit
@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 from array import array
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -45,17 +46,19 @@ sys.exit(int(server.recv(10) or b"137"))
 """What a caller runs. It asks the process, and ends as the child of that does."""
 PACKAGES = ("checks", "engines", "resolve", "run")
 VERBS = ("check", "emit", "explain", "simulate", "trace", "report", "diff", "verify")
+SERVER = "lsp"
+"""It imports more than the others, most of which takes a second, and nothing of what they decide by."""
 MOST_FILES = 100
 
 
 @cache
-def command(seed: str = "random") -> Path:
-    """Return the program; texts are hashed with this seed."""
+def command(seed: str = "random", verbs: tuple[str, ...] = VERBS) -> Path:
+    """Return the program, which begins at once with these verbs; texts are hashed with this seed."""
     folder = Path(tempfile.mkdtemp(prefix="warm-"))
     program = folder / "exover"
     program.write_text(SHIM.format(python=sys.executable, path=str(folder / "socket")))
     program.chmod(0o755)
-    words = [sys.executable, "-m", "tests.support.warm", str(folder)]
+    words = [sys.executable, "-m", "tests.support.warm", str(folder), *verbs]
     environment = {STORE: str(folder / "compiled"), **os.environ, "PYTHONHASHSEED": seed}
     where = {"cwd": Path(__file__).parents[2], "env": environment}
     server = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, **where)  # type: ignore[call-overload]
@@ -67,11 +70,11 @@ def command(seed: str = "random") -> Path:
 # ---- the process ----
 
 
-def serve(folder: Path) -> None:
+def serve(folder: Path, verbs: Sequence[str]) -> None:
     """Answer at the socket, each caller in a process of its own, until the input ends."""
-    for verb in VERBS:
+    for verb in verbs:
         import_module(f"exover.cli.{verb}")
-    for package in PACKAGES:
+    for package in ("editor",) if SERVER in verbs else PACKAGES:
         for each in walk_packages(import_module(f"exover.{package}").__path__, f"exover.{package}."):
             import_module(each.name)
     gc.freeze()
@@ -138,6 +141,6 @@ def _above(file: int, numbers: list[int]) -> int:
 if __name__ == "__main__":
     try:
         with kept_in(store()):
-            serve(Path(sys.argv[1]))
+            serve(Path(sys.argv[1]), sys.argv[2:])
     finally:
         shutil.rmtree(sys.argv[1])
