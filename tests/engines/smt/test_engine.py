@@ -258,6 +258,7 @@ def test_a_formula_of_runs_is_refuted_part_by_part() -> None:
     smt = Smt(made, loaded, SECONDS)
     asked = [claim for claim in claims(made.model, loaded) if claim.check == "property"]
     found = {claim.subject: smt.judge(claim).verdict for claim in asked}
-    known = {claim.subject: "holds" if judged(made, loaded, claim) else "violated" for claim in asked}
+    judgements = zip(asked, judged(made, loaded, asked), strict=True)
+    known = {claim.subject: "holds" if holds else "violated" for claim, holds in judgements}
     assert found["wrong"] == "violated" and {found[name] for name in ("both", "either", "until_then")} == {"holds"}
     assert {name: verdict for name, verdict in found.items() if verdict != "unknown"}.items() <= known.items()
