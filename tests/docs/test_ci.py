@@ -99,9 +99,8 @@ def test_the_action_takes_names_with_blanks(repository: Path, specs: str) -> Non
 
 def test_the_action_keeps_the_first_status_that_is_not_0(repository: Path) -> None:
     (repository / "wrong.exo").write_text("spec wrong")
-    first = "'my specs/good.exo' 'my specs/false.exo' wrong.exo 'my specs/good.exo'"
-    assert act(repository, first).returncode == 1
-    assert act(repository, "wrong.exo\nmy specs/false.exo\nmy specs/good.exo").returncode == 2
+    assert act(repository, "'my specs/good.exo' 'my specs/false.exo' wrong.exo").returncode == 1
+    assert act(repository, "wrong.exo\nmy specs/false.exo").returncode == 2
     assert act(repository, "my specs").returncode == 1
 
 
