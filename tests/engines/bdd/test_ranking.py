@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from random import Random
 from types import SimpleNamespace
 
@@ -39,6 +40,7 @@ from tests.support.small import compiled, small_spec_of
 SEEDS = tuple(range(24))
 
 
+@cache
 def analysed(seed: int) -> tuple[Analysis, Formula]:
     """Return the loop of a small spec, in which what a random formula asks of a moment is told apart."""
     model = model_of(small_spec_of(seed))
@@ -84,16 +86,21 @@ def amiss(of: Analysis, constraints: list[Constraint], part: Set, layers: list[L
         before |= layer.states
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_layers_lead_down(seed: int) -> None:
+@cache
+def ranked(seed: int, fair: bool) -> tuple[Analysis, Fixpoints, Set, list[Layer]]:
+    """Return the loop, what is computed of it, the states in which the formula is true, and a ranking of these."""
     of, formula = analysed(seed)
     steps = LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None))
     part = moments(of.meaning, formula) & steps.universe
-    constraints = fair_reports(of.stepper)
-    for fair in (constraints, []):
-        fixpoints = Fixpoints(steps, fair)
-        layers = list(ranking(fixpoints, part))
-        assert not [*amiss(of, fair, part, layers)]
+    fixpoints = Fixpoints(steps, fair_reports(of.stepper) if fair else [])
+    return of, fixpoints, part, list(ranking(fixpoints, part))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_layers_lead_down(seed: int) -> None:
+    for fair in (True, False):
+        of, fixpoints, part, layers = ranked(seed, fair)
+        assert not [*amiss(of, fair_reports(of.stepper) if fair else [], part, layers)]
         left = part
         for layer in layers:
             left &= ~layer.states
@@ -104,10 +111,7 @@ def test_random_rankings_are_of_every_kind() -> None:
     """Some have several layers, some need fair reports, some do without."""
     kinds = set()
     for seed in SEEDS:
-        of, formula = analysed(seed)
-        steps = LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None))
-        fixpoints = Fixpoints(steps, fair_reports(of.stepper))
-        layers = list(ranking(fixpoints, moments(of.meaning, formula)))
+        *_, layers = ranked(seed, fair=True)
         kinds |= {(len(layers) > 1, layer.never is None) for layer in layers}
     assert kinds == {(True, True), (True, False), (False, True), (False, False)}
 
