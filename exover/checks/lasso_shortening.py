@@ -5,13 +5,14 @@ false of it too: what a formula says of a run that repeats itself is known from 
 happen any more, nothing does: a poster is observed to read what it reads already.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import chain, combinations
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.formula_classes import lingering_of, path_of
-from exover.model.event import Event, Observe
+from exover.model.event import Event, Invalid, Observe
+from exover.model.lasso import Lasso, rearranged, related
 from exover.model.property import (
     Formula,
     Negation,
@@ -23,29 +24,14 @@ from exover.model.property import (
 )
 from exover.model.run_moments import moments_of
 from exover.model.semantics import Reference
+from exover.model.state import State
 from exover.model.trace import Trace, end_of, run
 
 LONGEST, PAIRED = 64, 12
-"""Of lassos of up to so many steps single ones are tried to be dropped, and any two."""
+"""Of lassos of up to so many steps single ones are tried to be dropped; any two, and any to take another's place."""
 OBSERVED = 2
 """So many posters are tried to be observed where nothing need happen."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Lasso:
-    """Events, of which those of the loop come again and again."""
-
-    stem: tuple[Event, ...]
-    loop: tuple[Event, ...]
-
-    def __len__(self) -> int:
-        return len(self.stem) + len(self.loop)
-
-    def without(self, dropped: Sequence[int]) -> "_Lasso":
-        """Return the lasso without these steps."""
-        turn = len(self.stem)
-        kept = [(n, event) for n, event in enumerate((*self.stem, *self.loop)) if n not in dropped]
-        return _Lasso(tuple(e for n, e in kept if n < turn), tuple(e for n, e in kept if n >= turn))
+_Lasso = Lasso[Event]
 
 
 def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Properties) -> Trace:
@@ -77,34 +63,42 @@ def guesses(claim: Claim) -> bool:
 
 
 def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
-    """Return a lasso that rests where it can, without single steps, then without several at a time."""
+    """Return a lasso that rests where it can, without single steps, then without several at a time, and rearranged."""
     lasso = next(filter(shows, _resting(shows.reference, lasso)), lasso)
-    lasso = _dropped(lasso, shows, lambda lasso: ((n,) for n in reversed(range(len(lasso)))))
-    return _dropped(lasso, shows, _related)
+    lasso = _shorter(lasso, shows, lambda given: (given.without({n}) for n in reversed(range(given.length))))
+    lasso = _shorter(lasso, shows, lambda given: map(given.without, related(given, _subject, PAIRED)))
+    return _shorter(lasso, shows, lambda given: _rearranged(shows.reference, given) if given.length <= PAIRED else ())
 
 
-def _related(lasso: _Lasso) -> Iterator[tuple[int, ...]]:
-    """Yield the steps that speak of the same, together and each two of them, of a short lasso any two; then each step.
-
-    What one such step does another often undoes: only without both is the claim false of what is left.
-    """
-    about: dict[str, list[int]] = {}
-    for number, event in enumerate((*lasso.stem, *lasso.loop)):
-        about.setdefault(event.name if isinstance(event, Observe) else event.request, []).append(number)
-    yield from (tuple(numbers) for numbers in about.values() if len(numbers) > 2)
-    pairable = [list(range(len(lasso)))] if len(lasso) <= PAIRED else list(about.values())
-    yield from chain.from_iterable(combinations(numbers, 2) for numbers in pairable)
-    yield from ((number,) for number in range(len(lasso)))
+def _subject(event: Event) -> str:
+    """Return of which request or poster an event speaks."""
+    return event.name if isinstance(event, Observe) else event.request
 
 
-def _dropped(lasso: _Lasso, shows: "_Shows", drops: Callable[[_Lasso], Iterator[tuple[int, ...]]]) -> _Lasso:
-    """Return a lasso from which none of these steps can be dropped."""
+def _shorter(lasso: _Lasso, shows: "_Shows", tried: Callable[[_Lasso], Iterable[_Lasso]]) -> _Lasso:
+    """Return a lasso of which none that is tried shows as much."""
     found: _Lasso | None = lasso
     while found is not None:
         lasso = found
-        left = (_reread(shows.reference, lasso.without(each)) for each in drops(lasso))
-        found = next(filter(shows, left), None)
+        found = next(filter(shows, (_reread(shows.reference, each) for each in tried(lasso))), None)
     return lasso
+
+
+def _rearranged(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
+    """Yield shorter lassos of the same steps, without those that are impossible there, as reports of what is idle."""
+
+    @cache
+    def after(events: tuple[Event, ...]) -> tuple[State, bool]:
+        """Return the state to which events lead, and whether the last of them is impossible."""
+        if not events:
+            return reference.start(), False
+        state, actions = reference.step(after(events[:-1])[0], events[-1])
+        return state, any(isinstance(action, Invalid) for action in actions)
+
+    for each in rearranged(lasso, _subject):
+        steps = each.steps
+        if after(steps)[0].key() == after(each.stem)[0].key():
+            yield each.without([number for number in range(len(steps)) if after(steps[: number + 1])[1]])
 
 
 def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
@@ -119,7 +113,7 @@ def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
 
 def _resting(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
     """Yield lassos that are not longer and follow the given one up to where a poster is observed, for ever."""
-    events = (*lasso.stem, *lasso.loop)
+    events = lasso.steps
     if len(lasso.loop) == 1 and isinstance(lasso.loop[0], Observe):
         events = lasso.stem
     posters = [each.name for each in reference.model.variables if each.kind == "poster"][:OBSERVED]

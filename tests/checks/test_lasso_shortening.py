@@ -125,6 +125,31 @@ def test_of_a_property_what_is_left_violates_it(
         assert not word_of(model, found, [claim.formula]).satisfies(claim.formula)
 
 
+def test_what_keeps_a_request_waiting_for_ever_comes_before_it_asks() -> None:
+    """Then nothing else has to keep it waiting until that comes."""
+    needs = "poster p: bool = true; module m { request a() { wait until p; } request b(); } mutex m.a, m.b by wait;"
+    low = Observe("p", False)
+    found = of_starvation(f"spec s; {needs}", (Ask("m.b"), WAIT, low, Report("m.b", 0, "ok"), low), 4, "m.a")
+    assert (found.events, found.loop_start) == ((low, WAIT, low), 2)
+
+
+def test_a_loop_begins_earlier_where_an_outcome_is_as_in_the_loop() -> None:
+    a, b, c = Ask("m.a"), Ask("m.b"), Ask("m.c")
+    a_ends, b_ends, b_fails = Report("m.a", 0, "ok"), Report("m.b", 0, "ok"), Report("m.b", 0, "failed")
+    events = (b, c, a, b_fails, b, a_ends, *(a, b_ends, b, a_ends) * 2)
+    spec = "spec s; module m { request a(); request b(); request c(); } mutex m.a, m.b, m.c by wait;"
+    found = of_starvation(spec, events[:-2], 8, "m.c")
+    assert (len(found.events), found.loop_start) == (10, 6)
+
+
+def of_starvation(spec: str, events: tuple[Event, ...], loop: int, request: str) -> Trace:
+    """Return what is left of a lasso on which a request starves."""
+    model = model_of(spec)
+    reference = Reference(model)
+    claim = starvation.claim(model, NO_PROPERTIES, request)
+    return shortened(run(reference, events, loop), reference, claim, NO_PROPERTIES)
+
+
 def test_what_a_monitor_of_aig_has_guessed_is_left_out() -> None:
     model = model_of("spec s; poster e: bool = false; module m { request a(); request b(); }")
     said = "for s; property q: ctl AG (active(m.a) -> A [active(m.a) W ended(m.b)]);"

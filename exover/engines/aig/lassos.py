@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from itertools import chain, combinations, islice
+from itertools import chain, islice
 from operator import or_
 
 from exover.engines.aig.answer import Inputs
@@ -11,6 +11,7 @@ from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
 from exover.engines.aig.shorten import doublings
+from exover.model.lasso import StepNumbers, rearranged, related
 from exover.model.state import State
 from exover.model.trace import Trace
 
@@ -19,7 +20,7 @@ Candidate = tuple[int, InputLasso]
 TURNS = 8
 """How often a loop is followed until everything is as it was, what no question looks at included."""
 PAIRED = 32
-"""Of lassos of up to so many steps any two are tried to be dropped."""
+"""Of lassos of up to so many steps any two are tried to be dropped, and any one to take the place of another."""
 OBSERVED = 2
 """So many posters, or levels, are tried to be observed where nothing need happen."""
 WIDEST = 4096
@@ -31,8 +32,12 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
 
     The loop is followed twice: a monitor may begin within the first turn, after which the run is the same.
     """
-    if not candidates:
-        return []
+    parts = (candidates[first : first + WIDEST] for first in range(0, len(candidates), WIDEST))
+    return [good for part in parts for good in _closed(machine, part)]
+
+
+def _closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
+    """Return the same of so many that are followed at once."""
     whole, found = _Following(machine, [index for index, _ in candidates]), -1
     whole.follow([lasso.stem for _, lasso in candidates])
     for _ in range(2):
@@ -80,6 +85,8 @@ class _Following:
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
     """Return lassos made of steps of the given ones, from which no single step can be dropped, nor two related ones.
 
+    Nor can a step take the place of another, or the loop begin earlier, so that less is left.
+
     All variables come back to what they were, if they do after some turns. Where nothing need happen any more, nothing
     does. Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), then what speaks of the same;
     what may be dropped is tried of all lassos side by side, and of what can be dropped as much as can together.
@@ -96,7 +103,8 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
             sizes[index] = min(size, lassos[index].length // 2 or 1) if index in better else size // 2
     left = list(lassos)
     while left:
-        better = _better(machine, lassos, {index: _related(machine, lassos[index]) for index in left})
+        better = _better(machine, lassos, {index: related(lassos[index], machine.subject, PAIRED) for index in left})
+        better |= _rearranged(machine, {index: lassos[index] for index in left if index not in better})
         lassos |= better
         left = list(better)
     rests = _stuttering(machine, lassos)
@@ -123,7 +131,7 @@ def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> 
     """
     tried: list[Candidate] = []
     for index, lasso in lassos.items():
-        steps = (*lasso.stem, *lasso.loop)
+        steps = lasso.steps
         states = chain([initial(machine.latches, 1)], machine.states(steps))
         for count, state in zip(range(len(steps)), states, strict=False):
             here = HomeSpace(machine.encoding, frozenset(node for node, word in state.items() if word))
@@ -134,36 +142,24 @@ def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> 
     return dict(reversed(good))
 
 
-Steps = frozenset[int]
-"""Steps of a lasso by number, those of the loop after those of the stem."""
-
-
-def _blocks(lasso: InputLasso, size: int) -> list[Steps]:
+def _blocks(lasso: InputLasso, size: int) -> list[StepNumbers]:
     """Return the blocks of so many steps that begin half a block apart."""
     return [frozenset(range(at, at + size)) for at in range(0, lasso.length - size + 1, (size + 1) // 2)]
 
 
-def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
-    """Return each step, the steps that speak of the same, together and each two of them; of short lassos any two.
-
-    What one such step does another often undoes: only without both is there a lasso.
-    """
-    about: dict[str, list[int]] = {}
-    for number, step in enumerate((*lasso.stem, *lasso.loop)):
-        about.setdefault(machine.encoding.chosen(step).kind.name, []).append(number)
-    turn, length = len(lasso.stem), lasso.length
-    together = [
-        frozenset(number for number in numbers if first <= number < end)
-        for numbers in about.values()
-        for first, end in ((0, length), (0, turn), (turn, length))
-    ]
-    pairs = combinations(range(length), 2) if length <= PAIRED else chain(*(combinations(n, 2) for n in about.values()))
-    each = (frozenset({number}) for number in range(length))
-    return list(dict.fromkeys([*filter(None, together), *map(frozenset, pairs), *each]))
+def _rearranged(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+    """Return for lassos, as far as there is one, the shortest that is rearranged."""
+    short = ((index, lasso) for index, lasso in lassos.items() if lasso.length <= PAIRED)
+    tried = [(index, each) for index, lasso in short for each in rearranged(lasso, machine.subject)]
+    better: dict[int, InputLasso] = {}
+    for (index, lasso), good in zip(tried, closed(machine, tried), strict=True):
+        if good and (index not in better or lasso.length < better[index].length):
+            better[index] = lasso
+    return better
 
 
 def _better(
-    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[Steps]]
+    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
 ) -> dict[int, InputLasso]:
     """Return those lassos that some of these steps can be dropped from, without as many of them as can be together."""
     better: dict[int, InputLasso] = {}
@@ -175,43 +171,32 @@ def _better(
 
 
 def _droppable(
-    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[Steps]]
-) -> dict[int, list[Steps]]:
+    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
+) -> dict[int, list[StepNumbers]]:
     """Return which steps can be dropped: what is left is a lasso."""
     tried = [(index, each, _left(machine, lassos[index], each)) for index, many in drops.items() for each in many]
     tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
-    found: dict[int, list[Steps]] = {}
-    for first in range(0, len(tried), WIDEST):
-        part = tried[first : first + WIDEST]
-        for (index, each, _), good in zip(part, closed(machine, [(k, lasso) for k, _, lasso in part]), strict=True):
-            if good:
-                found.setdefault(index, []).append(each)
+    found: dict[int, list[StepNumbers]] = {}
+    for (index, each, _), good in zip(tried, closed(machine, [(k, lasso) for k, _, lasso in tried]), strict=True):
+        if good:
+            found.setdefault(index, []).append(each)
     return found
 
 
-def _joined(drops: Sequence[Steps]) -> list[Steps]:
+def _joined(drops: Sequence[StepNumbers]) -> list[StepNumbers]:
     """Return, of what can be dropped, the first two, four, … that do not overlap, and all, each together."""
-    apart: list[Steps] = []
+    apart: list[StepNumbers] = []
     for drop in drops:
         if all(map(drop.isdisjoint, apart)):
             apart.append(drop)
     return [frozenset[int]().union(*apart[:count]) for count in doublings(len(apart))]
 
 
-def _without(lasso: InputLasso, dropped: Steps) -> InputLasso:
-    """Return the lasso without these steps."""
-    steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
-    kept = [
-        [step for n, step in enumerate(steps) if n not in dropped and (n < turn) == early] for early in (True, False)
-    ]
-    return InputLasso(tuple(kept[0]), tuple(kept[1]))
-
-
-def _left(machine: SimulatedCircuit, lasso: InputLasso, dropped: Steps) -> InputLasso:
+def _left(machine: SimulatedCircuit, lasso: InputLasso, dropped: StepNumbers) -> InputLasso:
     """Return the lasso without these steps; if its loop observes a poster, and they did, with what that reads now."""
-    steps, left, event_of = (*lasso.stem, *lasso.loop), _without(lasso, dropped), machine.encoding.chosen
+    left, event_of = lasso.without(dropped), machine.encoding.chosen
     kind = event_of(left.loop[0]).kind if len(left.loop) == 1 else None
-    if kind is None or kind.verb != "observe" or all(event_of(steps[number]).kind != kind for number in dropped):
+    if kind is None or kind.verb != "observe" or all(event_of(lasso.steps[number]).kind != kind for number in dropped):
         return left
     observed = [step for step in left.stem if event_of(step).kind == kind]
     if not observed:

@@ -18,6 +18,7 @@ from exover.engines.aig.graph import Circuit, Influence, LatchNode, Literal
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest, numbers
 from exover.engines.aig.random_events import RandomEvents
+from exover.model.lasso import Lasso
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""
@@ -25,19 +26,8 @@ LANES = 64
 """How many words are tried for a question side by side."""
 LaneWords = dict[int, LaneWord]
 """By input, by its node, in which lanes it is true."""
-
-
-@dataclass(frozen=True, slots=True)
-class InputLasso:
-    """A run of a circuit: these steps once, and those for ever."""
-
-    stem: Inputs
-    loop: Inputs
-
-    @property
-    def length(self) -> int:
-        """The steps of both."""
-        return len(self.stem) + len(self.loop)
+InputLasso = Lasso[frozenset[int]]
+"""A lasso of a circuit: by step the inputs that are true."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +63,10 @@ class SimulatedCircuit:
         variables = self.encoding.latches.literals.values()
         return _simulated(self.encoding, self.circuit, self.staying, [bit for bits in variables for bit in bits])
 
+    def subject(self, step: frozenset[int]) -> str:
+        """Return what the event of a step speaks of: a request, a poster, a resource."""
+        return self.encoding.chosen(step).kind.name
+
     def states(self, run: Inputs) -> Iterator[LaneState]:
         """Yield the states after the steps of a run."""
         state = initial(self.latches, 1)
@@ -101,7 +95,7 @@ class SimulatedCircuit:
 
     def moved(self, lasso: InputLasso) -> set[int]:
         """Return the latches that are not as they were when a loop has been followed once, by their nodes."""
-        states = [initial(self.latches, 1), *self.states((*lasso.stem, *lasso.loop))]
+        states = [initial(self.latches, 1), *self.states(lasso.steps)]
         before = states[len(lasso.stem)]
         return {node for node, word in states[-1].items() if word != before[node]}
 

@@ -1,25 +1,41 @@
 """Shorter runs, made of the steps of longer ones."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.lanes import LaneWord, differing, initial, lowest, side_by_side
+from exover.model.lasso import moves
+
+MOVED = 32
+"""Of runs of up to so many steps any one is tried to take the place of another."""
+WIDEST = 4096
+"""So many runs are followed at once."""
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
     """Return, by index of bad literals, runs made of steps of the given ones that make the literals true at their end.
 
     Steps that change no state are dropped, then blocks of steps, of half a run first (Zeller, Hildebrandt 2002), all
-    blocks of a size and those of all runs side by side, and of those that can be dropped as many as can together. From
-    the result no single step can be dropped, and no step but
-    the last makes the literal true. A run that never makes its literal true is a ValueError. `cone`: what evaluates all
-    bad literals and latches, if there is something already.
+    blocks of a size and those of all runs side by side, and of those that can be dropped as many as can together. Then
+    a step takes the place of another, and is left out where it was. From the result no single step can be dropped, none
+    can take the place of another, and no step but the last makes the literal true. A run that never makes its literal
+    true is a ValueError. `cone`: what evaluates all bad literals and latches, if there is something already.
     """
     found = _Shortening(circuit, runs, cone)
     found.settle()
-    sizes = {index: len(run) // 2 for index, run in found.runs.items()}
+    _drop_blocks(found, {index: len(run) // 2 for index, run in found.runs.items()})
+    moved = found.move(found.runs)
+    while moved:
+        found.runs |= moved
+        _drop_blocks(found, dict.fromkeys(moved, 1))
+        moved = found.move(moved)
+    return found.runs
+
+
+def _drop_blocks(found: "_Shortening", sizes: dict[int, int]) -> None:
+    """Drop blocks of steps of runs, of such a size first, until no single step can be dropped."""
     while any(sizes.values()):
         tried = {index: size for index, size in sizes.items() if size}
         shorter = found.drop_more(tried, found.drop(tried))
@@ -29,7 +45,6 @@ def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None
                 sizes[index] = min(sizes[index], len(shorter[index]) // 2)
             else:
                 sizes[index] //= 2
-    return found.runs
 
 
 class _Shortening:
@@ -106,6 +121,18 @@ class _Shortening:
         for (index, _), ends in zip(tried, self._ends(tried), strict=True):
             if ends and len(ends) < len(shorter[index]):
                 shorter[index] = ends
+        return shorter
+
+    def move(self, asked: Iterable[int]) -> dict[int, Inputs]:
+        """Return, where there is one, the shortest run in which a step takes the place of another."""
+        short = ((index, self.runs[index]) for index in asked if len(self.runs[index]) <= MOVED)
+        tried = list(dict.fromkeys((index, moved) for index, run in short for _, _, moved in moves(run)))
+        shorter: dict[int, Inputs] = {}
+        for first in range(0, len(tried), WIDEST):
+            part = tried[first : first + WIDEST]
+            for (index, _), ends in zip(part, self._ends(part), strict=True):
+                if ends and (index not in shorter or len(ends) < len(shorter[index])):
+                    shorter[index] = ends
         return shorter
 
     def _ends(self, tried: Sequence[tuple[int, Inputs]]) -> list[Inputs]:

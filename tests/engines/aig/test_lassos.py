@@ -11,13 +11,14 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.home_states import inputs_of
-from exover.engines.aig.lassos import _joined, _left, _rolled, _without, closed, shorter, shown
+from exover.engines.aig.lassos import _joined, _left, _rolled, closed, shorter, shown
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
 from exover.model.event import Ask, Report
-from exover.model.property import NO_PROPERTIES, Happened, always, finally_
+from exover.model.expression import Status
+from exover.model.property import NO_PROPERTIES, Atom, Happened, always, finally_
 from exover.model.semantics import Reference
 from exover.model.trace import run
 from tests.engines.aig.runs import known_runs
@@ -25,13 +26,6 @@ from tests.support.engines import model_of
 from tests.support.small import compiled
 
 STEPS = tuple(frozenset({number}) for number in range(8))
-
-
-def test_steps_are_dropped_from_where_they_are() -> None:
-    lasso = InputLasso(STEPS[:5], STEPS[5:])
-    assert _without(lasso, frozenset({0, 1, 4, 5})) == InputLasso(STEPS[2:4], STEPS[6:])
-    assert _without(lasso, frozenset({6})) == InputLasso(STEPS[:5], (STEPS[5], STEPS[7]))
-    assert not _without(lasso, frozenset({5, 6, 7})).loop
 
 
 def test_steps_that_overlap_are_not_dropped_twice() -> None:
@@ -73,7 +67,7 @@ def test_steps_that_undo_each_other_are_dropped_together(found: tuple[SimulatedC
     longer = InputLasso((*lasso.stem, ask, report), (ask, first, report, last))
     turn = len(longer.stem)
     drops = [frozenset[int](), frozenset({turn}), frozenset({turn + 2}), frozenset({turn, turn + 2})]
-    assert closed(machine, [(0, _without(longer, each)) for each in drops]) == [True, False, False, True]
+    assert closed(machine, [(0, longer.without(each)) for each in drops]) == [True, False, False, True]
     assert len(shorter(machine, {0: longer})[0].loop) == 2
 
 
@@ -124,3 +118,19 @@ def test_a_loop_may_begin_where_its_monitor_does() -> None:
     (finding,) = (each for each in outcome.findings if each.subject == "m.a")
     assert finding.trace is not None
     assert (len(finding.trace.moments), finding.trace.loop_start) == (2, 1)
+
+
+LATE = """spec late; poster p: bool = true; module m { request a() { wait until p; } request b(); }
+mutex m.a, m.b by wait;"""
+
+
+def test_what_makes_a_request_wait_for_ever_comes_before_it_asks() -> None:
+    """Else something else has to keep it waiting until then: no single step can be dropped, nor any two."""
+    encoding = Encoding(compiled(model_of(LATE)), NO_PROPERTIES)
+    number = {(each.kind.verb, each.kind.name): place for place, each in enumerate(encoding.events)}
+    ask, other = (inputs_of(encoding, number["ask", name]) for name in ("m.a", "m.b"))
+    ended, low = inputs_of(encoding, number["report", "m.b"]), inputs_of(encoding, number["observe", "p"], (0,))
+    waits = LassoQuestion(finally_(always(Atom(Status("waiting", "m.a")))), True)
+    machine = Judging(encoding, [waits], decide, lambda *_: None).machine
+    (short,) = shorter(machine, {0: InputLasso((other, ask, low, ended), (low,))}).values()
+    assert short == InputLasso((low, ask), (low,))

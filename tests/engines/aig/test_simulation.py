@@ -15,6 +15,7 @@ from exover.engines.aig.lanes import PackedState, at_lane, initial
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import random_words, simulate
 from exover.engines.compiler import NativeUnavailable
+from exover.model.lasso import moves
 from tests.support.circuits import counter, random_circuit, reachable
 from tests.support.confirming import confirms
 
@@ -28,7 +29,7 @@ def test_every_run_replays_and_none_is_missed_by_many(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_no_step_of_a_shortened_run_can_be_dropped(seed: int) -> None:
+def test_no_step_of_a_shortened_run_can_be_dropped_nor_take_the_place_of_another(seed: int) -> None:
     circuit = random_circuit(seed)
     found = simulate(circuit, steps=60, lanes=3).answers()
     shorter = shorten(circuit, {index: answer.inputs for index, answer in found.items()})
@@ -40,6 +41,8 @@ def test_no_step_of_a_shortened_run_can_be_dropped(seed: int) -> None:
         for at in range(len(run)):
             rest = run[:at] + run[at + 1 :]
             assert not any(confirms(circuit, bad, Reachable(rest[:end])) for end in range(len(rest) + 1))
+        for _, _, moved in moves(run):
+            assert not any(confirms(circuit, bad, Reachable(moved[:end])) for end in range(len(moved) + 1))
 
 
 def test_a_run_that_reaches_nothing_is_not_shortened() -> None:
