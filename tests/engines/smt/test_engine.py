@@ -205,7 +205,7 @@ def test_a_moment_without_a_way_counts_only_if_a_fair_run_comes_there() -> None:
     smt = Smt(made, loaded, SECONDS)
     found = {claim.subject: smt.judge(claim).verdict for claim in asked}
     assert found == {"after_a": "unknown", "of_trees": "unknown", "after_c": "violated", "from_start": "violated"}
-    known = {claim.subject: judged(made, loaded, claim) for claim in asked}
+    known = dict(zip((claim.subject for claim in asked), judged(made, loaded, asked), strict=True))
     assert known == {"after_a": True, "of_trees": True, "after_c": False, "from_start": False}
 
 
