@@ -18,14 +18,15 @@ MAX_DEPTH = 64
 another, so that a pass that takes four frames of Python a node stays within the interpreter's default of 1000."""
 
 _TEMPORAL = ("X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "U", "R", "W")
-_NESTING = frozenset(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL))
+_LEVELS = dict.fromkeys(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL), 1) | dict.fromkeys(")}]", -1)
+"""How many levels a token opens. Brackets that are closed may stay on the stack, as those of parameters do."""
 
 
 class ParserState:
     """A parse under way. ``states`` is one longer than the other stacks.
 
     ``values``: nodes, or anything once ``building`` is off; ``starts``: offset where each symbol begins; ``depths``:
-    how many nesting tokens lie on the stack up to and with each symbol.
+    how many levels are open on the stack up to and with each symbol.
     """
 
     def __init__(self, grammar: Grammar, start: Start) -> None:
@@ -59,7 +60,7 @@ class ParserState:
                 make = VALUES.get(kind)
                 self.values.append(make(token) if make is not None and self.building else token)
                 self.starts.append(token.start)
-                self.depths.append(self.depths[-1] + (kind in _NESTING))
+                self.depths.append(self.depths[-1] + _LEVELS.get(kind, 0))
                 self.end = token.end
                 return True
             if action.passes:

@@ -84,6 +84,21 @@ def test_any_bytes(data: bytes) -> None:
 
 
 @pytest.mark.parametrize(
+    ("before", "behind", "blocks"),
+    [
+        ("forbid ", ";", 0),
+        ("context m.a { check ", "; }", 1),
+        ("module m { request a(n: int in 0 .. 9) { check ", "; } }", 2),
+    ],
+)
+def test_brackets_nest_as_deep_as_the_page_says(before: str, behind: str, blocks: int) -> None:
+    for opening, closing in (("(", ")"), ("not ", ""), ("a implies ", "")):
+        for levels, codes in ((64 - blocks, []), (65 - blocks, ["E109"])):
+            text = f"spec s;\n{before}{opening * levels}a{closing * levels}{behind}"
+            assert [each.code for each in check(text)][:1] == codes
+
+
+@pytest.mark.parametrize(
     ("text", "code"),
     [
         ("forbid " + "(" * 10_000 + "a" + ")" * 10_000 + ";", "E109"),
