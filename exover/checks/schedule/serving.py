@@ -5,6 +5,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
+from functools import partial
 from mmap import mmap
 from multiprocessing.connection import Connection
 from types import TracebackType
@@ -24,7 +25,7 @@ Say = Callable[[int, T], None]
 Work = Callable[[Turn, Say[T], Progress], None]
 """Answers the questions of a turn, says each answer as it falls, and tells what it is doing.
 
-It may leave out what it would need more time for.
+It may leave out what it would need more time for. The answer of a turn of one question is heard when the work returns.
 """
 
 
@@ -56,8 +57,15 @@ def serve(
             while not channel.poll(LOOK):
                 if os.getppid() != parent:
                     return
-            work(channel.recv(), say, progress)
-            channel.send(("done",))
+            turn: Turn = channel.recv()
+            last: list[tuple[int, object]] = []
+            work(turn, say if turn.together else partial(_keep, last), progress)
+            channel.send(("done", last))
+
+
+def _keep(said: list[tuple[int, object]], number: int, answer: object) -> None:
+    """Note the answer of a turn of one question: it is sent with the word that the turn is done."""
+    said.append((number, answer))
 
 
 def _say_nothing() -> None:

@@ -17,6 +17,8 @@ from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 
+SHOWN = 0.05
+"""Seconds for which it is not told anew what is asked: many questions take less."""
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
 
@@ -39,6 +41,7 @@ class TaskRunner:
     limited: bool = False
     spare: bool = False
     _judges: dict[str, tuple[float, Judge]] = field(default_factory=dict)
+    _told: float = -inf
 
     # ---- tasks ----
 
@@ -127,20 +130,26 @@ class TaskRunner:
             self._judges[engine] = kept
         judge = kept[1]
         check, question = self.questions[number]
-        progress(f"{question.check} {question.subject}")
-        started = perf_counter()
+        started = self._begin(question, progress)
         found = finding_of(judge.judge(self._claim(number)), judge.name, check, question)
         return self._timed(check, found, started)
 
     def _decided(self, number: int, progress: Progress) -> Finding:
         """Return what decision diagrams say of a question; `unknown` if they cannot express it."""
         check, question = self.questions[number]
-        progress(f"{question.check} {question.subject}")
-        started = perf_counter()
+        started = self._begin(question, progress)
         try:
             return self._timed(check, check.decide(self.examination.context(progress), question), started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
+
+    def _begin(self, question: Question, progress: Progress) -> float:
+        """Tell what is asked, unless something was told a moment ago, and return the time."""
+        now = perf_counter()
+        if now - self._told > SHOWN:
+            self._told = now
+            progress(f"{question.check} {question.subject}")
+        return now
 
     def _timed(self, check: Check, finding: Finding, started: float) -> Finding:
         """Return a finding, its trace confirmed, with the seconds that it took."""

@@ -245,7 +245,10 @@ class _Pool(Generic[T]):
                 worker.extend()
                 worker.left.discard(number)
                 self._take(number, answer)
-            case ("done",):
+            case ("done", said):
+                for number, answer in said:
+                    worker.left.discard(number)
+                    self._take(number, answer)
                 self._finish(worker)
             case ("memory",):
                 self._dismiss(worker)
