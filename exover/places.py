@@ -3,6 +3,7 @@
 import errno
 import os
 import stat
+from codecs import BOM_UTF8
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -24,37 +25,68 @@ INCLUDE = "include"
 def find_properties(spec: str, name: str) -> list[str]:
     """Return the files that are called as the spec file is, or whose `for` names the spec, each once, place by place.
 
-    A spec from standard input has no place, and so no file. Raises `OSError` if a place or a file in it cannot be read.
+    One of which it is not known what it is for is alone in this: it may be for this spec, and is to be mended first.
+    A spec from standard input has no place, and so no file. Raises `OSError` if a place or what stands in it as a
+    properties file cannot be read, a folder or a pipe for example.
     """
     if spec == "-":
         return []
     found: dict[str, str] = {}
     for file in _files(Path(spec)):
-        if file.stem == Path(spec).stem or named_after(file, "for") == name:
+        meant = _meant(file)
+        if meant is None:
+            return [str(file)]
+        if file.stem == Path(spec).stem or meant == name:
             found.setdefault(os.path.realpath(file), str(file))
     return list(found.values())
 
 
 def find_specs(properties: str) -> list[str]:
-    """Return the specs that find a properties file where they look for theirs; `OSError` as for `find_properties`."""
+    """Return the specs that find a properties file where they look for theirs; `OSError` as for `find_properties`.
+
+    If it is not known which spec it is for, or what a spec is called, they are taken to belong together.
+    """
     folder = Path(properties).parent
     above = Path(os.path.normpath(folder / ".."))
     inside = folder.resolve().name == PROPERTIES
     places = [folder, above, *sorted(each for each in above.glob("*/"))] if inside else [folder]
-    mine = os.path.realpath(properties)
+    meant = _meant(Path(properties))
     specs = sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()})
-    return [spec for spec in specs if not is_part(spec) and mine in map(os.path.realpath, _properties_of(spec))]
+    return [spec for spec in specs if not is_part(spec) and _belong(properties, meant, spec)]
 
 
-def _properties_of(spec: str) -> list[str]:
-    return find_properties(spec, named_after(Path(spec), "spec") or "")
+def _belong(properties: str, meant: str | None, spec: str) -> bool:
+    """Return whether a spec looks for its properties where a file is that is meant for this spec, and takes it."""
+    if os.path.realpath(properties) not in map(os.path.realpath, _files(Path(spec))):
+        return False
+    return Path(properties).stem == Path(spec).stem or meant is None or named_after(Path(spec), "spec") in (meant, None)
 
 
 def _files(spec: Path) -> Iterator[Path]:
-    """Yield the properties files of all specs in the places that are looked at, in order."""
+    """Yield what stands as properties files of all specs in the places that are looked at, in order.
+
+    What editors and systems keep for themselves, whose names begin with a dot, is passed over unless it is one.
+    """
     for place in (spec.parent, spec.parent / PROPERTIES, Path(os.path.normpath(spec.parent / ".." / PROPERTIES))):
-        if place.is_dir():
-            yield from (file for file in sorted(place.iterdir()) if file.suffix == SUFFIX and file.is_file())
+        for file in sorted(place.iterdir()) if place.is_dir() else ():
+            hidden = file.name.startswith(".")
+            if file.suffix == SUFFIX and (not hidden or (file.is_file() and named_after(file, "for"))):
+                yield file
+
+
+def _meant(properties: Path) -> str | None:
+    """Return the spec that a properties file is for, None if that is not known; `OSError` if it cannot be read."""
+    refuse_irregular(str(properties))
+    return named_after(properties, "for")
+
+
+def refuse_irregular(path: str) -> None:
+    """Raise `OSError` if a path does not lead to a regular file."""
+    mode = os.stat(path).st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "it is no regular file", path)
 
 
 def named_after(file: Path, word: str) -> str | None:
@@ -64,15 +96,14 @@ def named_after(file: Path, word: str) -> str | None:
 
 
 def _tokens(file: Path) -> Iterator[Token]:
-    """Yield the tokens of a file; none if it is no text. Raises `OSError` if it cannot be read."""
+    """Yield the tokens of a file. Raises `OSError` if it cannot be read."""
     yield from tokens(_text(file), [], formulas=True)
 
 
 def _text(file: Path) -> str:
-    """Return what a file says; nothing if it is no text. Raises `OSError` if it cannot be read."""
+    """Return what a file says; what is no UTF-8 in it stands for itself. Raises `OSError` if it cannot be read."""
     with file.open("rb") as stream:
-        source = decode(str(file), stream.read(MAX_BYTES))
-    return source.text if isinstance(source, Source) else ""
+        return stream.read(MAX_BYTES).removeprefix(BOM_UTF8).decode(errors="surrogateescape")
 
 
 # ---- parts ----
@@ -80,8 +111,7 @@ def _text(file: Path) -> str:
 
 def read_part(path: str, most: int) -> bytes:
     """Return what an included file holds, so many bytes at the most; `OSError` if that is no file that is called so."""
-    if not stat.S_ISREG(os.stat(path).st_mode):
-        raise OSError(errno.EINVAL, "it is no regular file")
+    refuse_irregular(path)
     folder, name = os.path.split(path)
     if name not in os.listdir(folder or os.curdir):
         raise OSError(errno.ENOENT, "the file is spelt otherwise, in capital or small letters")
@@ -89,17 +119,24 @@ def read_part(path: str, most: int) -> bytes:
         return file.read(most)
 
 
-def find_including(part: str) -> list[str]:
+def find_including(part: str, unclear: bool = False) -> list[str]:
     """Return the specs that include a part, through others too: of its folder, the one above, and the folders in that.
 
+    `unclear`: also those of which this is not known, since they or a part of theirs cannot be read as a text.
     Raises `OSError` if a place or a file in it cannot be read.
     """
     folder = Path(part).parent
     above = Path(os.path.normpath(folder / ".."))
     places = dict.fromkeys(os.path.realpath(each) for each in (folder, above, *sorted(above.glob("*/"))))
     mine = os.path.realpath(part)
-    specs = [file for place in places for file in sorted(Path(place).glob(f"*{SPEC}")) if file.is_file()]
-    return [_near(file) for file in specs if not is_part(str(file)) and mine in files_of(str(file))]
+    files = [file for place in places for file in sorted(Path(place).glob(f"*{SPEC}")) if file.is_file()]
+    specs = {file: files_of(str(file)) for file in files if not is_part(str(file))}
+    return [_near(spec) for spec, read in specs.items() if mine in read or (unclear and not all(map(_is_text, read)))]
+
+
+def _is_text(file: str) -> bool:
+    with open(file, "rb") as stream:
+        return isinstance(decode(file, stream.read(MAX_BYTES + 1)), Source)
 
 
 def _near(file: Path) -> str:

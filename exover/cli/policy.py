@@ -1,6 +1,7 @@
 """What a project has decided about findings, its waivers and its baseline, and which checks are asked at all."""
 
 import argparse
+import os
 from collections.abc import Collection
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from exover.cli.files import read_source, read_text, shown
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import render_all
+from exover.places import refuse_irregular
 from exover.report.config import NO_CONFIG, Config, read_config
 from exover.report.policy import Baseline, Policy, Unusable, read_baseline
 
@@ -58,14 +60,23 @@ def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] |
 def find_config(spec: str) -> str | None:
     """Return the nearest `exover.toml` from the folder of the spec up to the root of its repository, if there is one.
 
-    The root is the folder that holds `.git`; outside of a repository only the folder of the spec counts.
+    The root is the folder that holds `.git`; outside of a repository only the folder of the spec counts. Raises
+    `CliError` if what is called so is no file.
     """
     folders = list(Path(spec).absolute().parents)
     roots = [number for number, folder in enumerate(folders) if (folder / ".git").exists()]
     for number, folder in enumerate(folders[: roots[0] + 1 if roots else 1]):
-        if (folder / CONFIG).is_file():
-            return str(Path(spec).parent / CONFIG if number == 0 else folder / CONFIG)
+        if os.path.lexists(folder / CONFIG):
+            return _regular(str(Path(spec).parent / CONFIG if number == 0 else folder / CONFIG))
     return None
+
+
+def _regular(path: str) -> str:
+    try:
+        refuse_irregular(path)
+    except OSError as error:
+        raise CliError(f"cannot read {path}: {error.strerror}") from error
+    return path
 
 
 def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:

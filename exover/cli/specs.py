@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 from exover.cli.policy import CONFIG, find_config
@@ -66,7 +67,9 @@ def _is_part(path: str) -> bool:
 
 
 def _including(part: str) -> list[str]:
-    return _some(_asked(find_including, part), f"{part} is a part that no spec beside it includes")
+    return _some(
+        _asked(partial(find_including, unclear=True), part), f"{part} is a part that no spec beside it includes"
+    )
 
 
 def _readers(properties: str) -> list[str]:

@@ -194,6 +194,19 @@ def test_specs_are_found_through_other_parts_and_in_folders_beside(demo):
     assert [Path(each).name for each in found] == ["demo.exo", "two.exo"]
 
 
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_a_spec_that_is_no_text_is_checked_with_its_parts_and_properties(run, demo, encoding):
+    (demo / "old.exo").write_text('spec old; // caf\xe9\ninclude "parts/arm.exo";', encoding=encoding)
+    (demo / "rules.prop").write_text("for old;")
+    for changed in ("parts/arm.exo", "rules.prop"):
+        done = run("check", "--changed", changed)
+        assert done.returncode == 2
+        assert "E002" in done.stderr
+        assert "old.exo" in done.stderr
+    (demo / "parts" / "arm.exo").write_text(ARM + "// caf\xe9", encoding=encoding)
+    assert run("check", "--changed", "parts/drive.exo").returncode == 2
+
+
 def test_the_library_reads_parts_beside_a_file_and_none_of_a_text(demo):
     spec = exover.load(demo / "demo.exo")
     assert spec.requests == ("arm.calibrate", "nd.goto")

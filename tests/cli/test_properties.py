@@ -1,6 +1,7 @@
 """The properties file of a spec: where it is found, and what becomes of a broken one."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -47,8 +48,9 @@ def test_each_place_is_looked_at_for_the_name_and_for_what_the_file_is_for(
     path.parent.mkdir(exist_ok=True)
     path.write_text("// which spec?\n" + STOPS)
     (path.parent / "elsewhere.prop").write_text("for rover; property x: never true;")
-    (path.parent / "nothing.prop").write_bytes(b"\xff")
-    (path.parent / "folder.prop").mkdir()
+    (path.parent / "legacy.prop").write_bytes(b"// caf\xe9\nfor rover;")
+    (path.parent / ".#demo.prop").symlink_to("editor@host.1")
+    (path.parent / "._demo.prop").write_bytes(b"\0\5\x16\7")
     found = read_properties(str(spec), None, model)
     assert [each.name for each in found.properties] == ["stops"]
     assert found.file is not None
@@ -68,6 +70,60 @@ def test_two_files_are_refused_unless_one_is_named(spec: Path, model: Model, one
     assert {Path(one).name, Path(two).name} <= {Path(word.strip(":,")).name for word in str(refused.value).split()}
     assert names(spec, spec.parent / one, model) == ["stops"]
     assert names(spec, spec.parent / two, model) == ["goes"]
+
+
+@pytest.mark.parametrize(
+    ("content", "code"),
+    [
+        (b"// caf\xe9\n" + STOPS.encode(), "E002"),
+        (STOPS.encode("utf-16"), "E002"),
+        (b"/* " + STOPS.encode(), "E103"),
+        (b'"' + STOPS.encode(), "E102"),
+        (STOPS.removeprefix("for demo; ").encode(), "E106"),
+        (b"", "E004"),
+    ],
+)
+@pytest.mark.parametrize("place", ["demo.prop", "rules.prop", "../properties/rules.prop"])
+def test_what_may_be_for_the_spec_is_refused_if_it_cannot_be_read(run, spec, place, content, code) -> None:
+    path = spec.parent / place
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    for command in (("check",), ("emit", "--target=bin", "--out=out"), ("check", "--changed")):
+        verb, *options = command
+        done = run(verb, *options, str(path if "--changed" in options else spec))
+        assert done.returncode == 2, done
+        assert code in done.stderr
+        assert path.name in done.stderr
+    assert not (spec.parent / "out").exists()
+
+
+def test_what_cannot_be_told_to_be_for_another_spec_is_told_before_two_files_are(run, spec: Path) -> None:
+    (spec.parent / "rules.prop").write_text(STOPS.removeprefix("for demo; "))
+    spec.with_suffix(".prop").write_text(STOPS)
+    done = run("check", str(spec))
+    assert done.returncode == 2
+    assert "rules.prop:1:1" in done.stderr
+    assert run("check", str(spec), "--properties", str(spec.with_suffix(".prop"))).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["demo.prop", "rules.prop", "exover.toml"])
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (lambda path: path.symlink_to("nowhere"), "No such file or directory"),
+        (lambda path: path.symlink_to(path.name), "Too many levels of symbolic links"),
+        (lambda path: path.mkdir(), "Is a directory"),
+        (os.mkfifo, "it is no regular file"),
+    ],
+    ids=["dangling", "loop", "folder", "pipe"],
+)
+@pytest.mark.usefixtures("cached")
+def test_what_is_called_so_and_is_no_file_is_refused(run, spec: Path, name: str, make, why: str) -> None:
+    assert run("check", str(spec)).returncode == 0
+    make(spec.parent / name)
+    done = run("check", str(spec))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"exover: error: cannot read {spec.parent / name}: {why}\n"
 
 
 def test_a_file_that_two_places_show_is_one(spec: Path, model: Model) -> None:
