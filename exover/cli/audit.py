@@ -13,7 +13,7 @@ from exover.audit.native import compile_library
 from exover.audit.result import Audit, MissionResult
 from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_in
 from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
-from exover.cli.files import read_spec, refuse_twice, standard_input
+from exover.cli.files import read_spec, refuse_twice, refuse_unwritable, standard_input
 from exover.cli.gate import binding_of
 from exover.cli.replacing import replacing
 from exover.cli.status import CliError, ExitStatus
@@ -112,6 +112,7 @@ def _write_table(found: list[MissionResult], path: str) -> None:
     """Write all rows to a file, whole or not at all; raises `CliError`."""
     from exover.audit.table import merge
 
+    refuse_unwritable(path)
     if os.path.exists(path) and not os.path.isfile(path):
         raise CliError(f"cannot write {path}: it is no regular file")
     target = os.path.realpath(path)

@@ -24,7 +24,7 @@ from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
 MOST_BYTES = 1 << 28
-"""What tables, a certificate or a black box may have: of a file that is cut nothing is known."""
+"""What tables, a certificate, a black box or a report may have: of a file that is cut nothing is known."""
 
 
 def read_spec(path: str) -> Model:
@@ -110,7 +110,7 @@ def refuse_twice(*paths: str | None) -> None:
 
 
 def read_bytes(path: str) -> bytes:
-    """Return what a file holds that is no text, or standard input if the path is `-`.
+    """Return what a file holds that is no text of the language, or standard input if the path is `-`.
 
     `CliError` is raised if it cannot be read, or is larger than `MOST_BYTES`.
     """
@@ -163,15 +163,12 @@ def source_of(name: str, content: bytes) -> Source:
 
 
 def read_text(path: str) -> str:
-    """Return what a UTF-8 file holds, or standard input if the path is `-`; `CliError` if it cannot be read."""
+    """Return the text that a UTF-8 file holds; as `read_bytes`."""
+    content = read_bytes(path)
     try:
-        if path != "-":
-            return Path(path).read_text(encoding="utf-8-sig")
-        return standard_input().read().decode("utf-8-sig")
-    except OSError as error:
-        raise CliError(f"cannot read {path}: {error.strerror}") from error
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise CliError(f"cannot read {path}: it is not UTF-8") from error
+        raise CliError(f"cannot read {shown(path)}: it is not UTF-8") from error
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> ExitStatus:
 
 def spec_name(folder: Path) -> str:
     """Return what the spec of a project in this folder is called: as the folder, as far as a spec can be called so."""
-    letters = normalize("NFKD", folder.resolve().name).encode("ascii", "ignore").decode()
+    letters = normalize("NFKD", Path(os.path.realpath(folder)).name).encode("ascii", "ignore").decode()
     name = re.sub(r"\W+", "_", letters).strip("_")
     return USUAL if not name or name[0].isdigit() or name in RESERVED else name
 

@@ -12,7 +12,7 @@ from exover.cli.streams import complain, out
 from exover.model.model import Model
 from exover.model.replayed import Replayed
 from exover.report.replayed import run_lines
-from exover.run.box import Box, NotABox, read_box
+from exover.run.box import Box, NotABox, earlier, read_box
 from exover.run.replay import replay
 
 
@@ -37,7 +37,7 @@ def _run(model: Model, number: int, steps: tuple[Replayed, ...]) -> list[str]:
     wrong = sum(not step.agrees for step in steps)
     first, last = steps[0].number, steps[-1].number
     if steps[0].expected is None:
-        verdict = f"not compared: the {first - 1} steps before it are lost; give their events with --after"
+        verdict = f"not compared: the {earlier(first)} steps before it are lost; give their events with --after"
     else:
         verdict = f"{wrong} not as the reference answers" if wrong else "all as the reference answers"
     return [f"run {number}: steps {first} to {last}, {verdict}", *run_lines(model, steps)]

@@ -187,14 +187,14 @@ def _stamp(path: str) -> str:
 def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes]:
     """Yield names and contents of all files that may be read; what waivers expire by as well.
 
-    Raises `OSError` if one cannot be read, or is no regular file.
+    Raises `OSError` if one cannot be read, is no regular file, or has more than `MOST_BYTES`.
     """
     configs = [folder / CONFIG for folder in _above(spec)]
     found = [*_parts(spec), *_properties(spec), *(file for file in configs if os.path.lexists(file))]
     found += [Path(file) for file in (arguments.properties, arguments.config, arguments.baseline) if file]
     for file in found:
-        if not file.is_file():
-            raise OSError(errno.EINVAL, "it is no regular file", str(file))
+        if not file.is_file() or file.stat().st_size > MOST_BYTES:
+            raise OSError(errno.EINVAL, "it is no regular file, or a large one", str(file))
         yield str(file)
         yield file.read_bytes()
     yield from helpers(arguments)

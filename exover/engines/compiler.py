@@ -19,7 +19,7 @@ class NativeUnavailable(Exception):
 
 def find_compiler() -> list[str]:
     """Return the command of the C compiler: `$CC`, else the first of cc, gcc, clang; raises `NativeUnavailable`."""
-    wanted = shlex.split(os.environ.get("CC", ""))
+    wanted = command_in("CC")
     if wanted:
         if which(wanted[0]) is None:
             raise NativeUnavailable(f"the C compiler of $CC, {wanted[0]}, is not there")
@@ -30,8 +30,17 @@ def find_compiler() -> list[str]:
     raise NativeUnavailable("no C compiler is there: install cc, gcc or clang, or name one in $CC")
 
 
-def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
-    """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
+def command_in(variable: str) -> list[str]:
+    """Return the words of a command in the environment, none if there is none; raises `NativeUnavailable`."""
+    command = os.environ.get(variable, "")
+    try:
+        return shlex.split(command)
+    except ValueError as error:  # a quote is not closed
+        raise NativeUnavailable(f"${variable} is no command, {str(error).lower()}: {command}") from error
+
+
+def compile_in(folder: Path, command: Sequence[str], makes: str, language: str = "C") -> None:
+    """Run a compiler in a folder, which makes a file there; raises `NativeUnavailable` if that fails."""
     try:
         ended = run(command, folder)
     except NotRunnable as reason:
@@ -39,6 +48,8 @@ def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> Non
     if ended.status:
         said = (ended.complained or ended.printed).rstrip()
         raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
+    if not (folder / makes).is_file():
+        raise NativeUnavailable(f"the {language} compiler {command[0]} ended well, and made nothing")
 
 
 def loaded(make: Callable[[Path], Path], failed: str) -> ctypes.CDLL:

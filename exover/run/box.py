@@ -15,6 +15,11 @@ HEADER, LINE = struct.Struct("<4sIII32s12xI"), struct.Struct("<8I")
 MAGIC, FORMAT = b"EXBX", 1
 OPENED, ASK, REPORT, OBSERVE, LEVEL, ABORT, ABORT_WAITING, VALUES, ANSWER, END = range(1, 11)
 EVENTS = range(ASK, VALUES)
+STEPS = 1 << 32
+"""Steps are counted modulo this."""
+ANEW = {(STEPS - 1, 0), (1 << 29, 1)}
+"""The steps of two events of which the next begins a new count. The second is of cells of 4 bytes, which tell the last
+step modulo 2^29: the box adds 1."""
 
 
 class NotABox(ValueError):
@@ -98,7 +103,7 @@ def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
     """Yield the runs: one from each opening on, or from where steps are counted anew; no rest of a lost step."""
     run: list[BoxStep] = []
     for line in lines:
-        if run and (line.what == OPENED or (line.what in EVENTS and line.step - run[-1].number not in (0, 1))):
+        if run and (line.what == OPENED or (line.what in EVENTS and not _follows(line.step, run[-1].number))):
             yield tuple(run)
             run = []
         if line.what in EVENTS:
@@ -107,6 +112,15 @@ def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
             run[-1] = _more(run[-1], line)
     if run:
         yield tuple(run)
+
+
+def _follows(step: int, before: int) -> bool:
+    return step - before in (0, 1) or (before, step) in ANEW
+
+
+def earlier(step: int) -> int:
+    """Return how many steps are before this one, at least."""
+    return (step - 1) % STEPS
 
 
 def _more(step: BoxStep, line: Line) -> BoxStep:

@@ -75,7 +75,9 @@ def _compile_c(source: Path, folder: Path) -> None:
     if named is None:
         raise NativeUnavailable(f"{source.name} defines no tables")
     (folder / "dump.c").write_text(DUMP.format(name=named[1]), encoding="ascii")
-    compile_in(folder, [*find_compiler(), *FLAGS, "-I", str(source.parent), "dump.c", str(source), "-o", "dump"])
+    compile_in(
+        folder, [*find_compiler(), *FLAGS, "-I", str(source.parent), "dump.c", str(source), "-o", "dump"], "dump"
+    )
 
 
 def _compile_rust(source: Path, folder: Path) -> None:
@@ -83,7 +85,7 @@ def _compile_rust(source: Path, folder: Path) -> None:
     (folder / "tables.rs").write_bytes(source.read_bytes())
     (folder / "records.rs").write_text("\n".join(_records()), encoding="ascii")
     (folder / "dump.rs").write_text(WRITER, encoding="ascii")
-    compile_in(folder, [*rust.find_rustc(), rust.EDITION, *rust.FLAGS, "-Awarnings", "dump.rs"], "Rust")
+    compile_in(folder, [*rust.find_rustc(), rust.EDITION, *rust.FLAGS, "-Awarnings", "dump.rs"], "dump", "Rust")
 
 
 def _records() -> Iterator[str]:

@@ -44,7 +44,7 @@ def compile_with(host: str, name: str, model: Model, tables: Tables, folder: Pat
     for artefact in emit_tables(model, tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
     (folder / host).write_bytes(runtime_file(host))
-    compile_in(folder, [*compiler, *flags, host, "exover.c", "native_tables.c", "-o", name])
+    compile_in(folder, [*compiler, *flags, host, "exover.c", "native_tables.c", "-o", name], name)
     return folder / name
 
 

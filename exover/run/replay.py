@@ -53,7 +53,7 @@ def replay(model: Model, run: Sequence[BoxStep], before: Iterable[bytes] = ()) -
     If they do not reach that far nothing is expected.
     """
     engine = ReferenceEngine(model)
-    missing = run[0].number - 1
+    missing = box.earlier(run[0].number)
     lines = list(islice((line for line in before if line.strip()), missing))
     for line in lines:
         event = read_event(model, line)

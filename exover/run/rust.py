@@ -1,13 +1,11 @@
 """The emitted Rust at work: the crate and `runner.rs` compiled with rustc, and spoken to as the emitted C is."""
 
-import os
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from shutil import which
 
 from exover.emit.rust import emit_sources, runtime_file
-from exover.engines.compiler import NativeUnavailable, compile_in
+from exover.engines.compiler import NativeUnavailable, command_in, compile_in
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 from exover.run.native import NativeEngine
@@ -19,7 +17,7 @@ EDITION = "--edition=2021"
 
 def find_rustc() -> list[str]:
     """Return the command of the Rust compiler: `$RUSTC`, else rustc; raises `NativeUnavailable`."""
-    command = shlex.split(os.environ.get("RUSTC", "")) or ["rustc"]
+    command = command_in("RUSTC") or ["rustc"]
     if which(command[0]) is None:
         raise NativeUnavailable(f"no Rust compiler is there: install {command[0]}, or name one in $RUSTC")
     return command
@@ -30,7 +28,7 @@ def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLA
     rustc = find_rustc()
     build_crate(model, tables, "native", folder, flags)
     (folder / "runner.rs").write_bytes(runtime_file("runner.rs"))
-    compile_in(folder, [*rustc, EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "Rust")
+    compile_in(folder, [*rustc, EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "runner", "Rust")
     return folder / "runner"
 
 
@@ -39,7 +37,7 @@ def build_crate(model: Model, tables: Tables, name: str, folder: Path, flags: Se
     for artefact in emit_sources(model, tables, name):
         (folder / artefact.name).write_bytes(artefact.content)
     known = ['--check-cfg=cfg(feature, values("names", "black-box"))', "--crate-type=rlib", f"--crate-name={name}"]
-    compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], "Rust")
+    compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], f"lib{name}.rlib", "Rust")
 
 
 def engine_of(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> NativeEngine:

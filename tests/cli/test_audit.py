@@ -174,6 +174,7 @@ def test_without_a_compiler(run: Run) -> None:
     (
         (("empty",), "empty holds no mission: their names end as "),
         (("m.jsonl", "--out", "m.jsonl/rows.parquet"), "cannot write m.jsonl/rows.parquet: "),
+        (("m.jsonl", "--out", "loop"), "cannot write loop: Too many levels of symbolic links"),
         (("m.jsonl", "--out", os.devnull), f"cannot write {os.devnull}: it is no regular file"),
         (("m.jsonl", "--bind", "crane.exo"), "crane.exo has "),
     ),
@@ -181,6 +182,7 @@ def test_without_a_compiler(run: Run) -> None:
 def test_what_cannot_be_done(run: Run, words: tuple[str, ...], reason: str) -> None:
     pytest.importorskip("pyarrow")
     (run.folder / "empty").mkdir()
+    (run.folder / "loop").symlink_to("loop")
     before = sorted(run.folder.iterdir())
     done = run("audit", "crane.exo", *words, "--engine", "tables")
     assert done.returncode == 2 and reason in done.stderr

@@ -72,6 +72,13 @@ def uncommented(text: str) -> str:
     return "".join(line.removeprefix("# ") for line in text[text.index("# [[waiver]]") :].splitlines(keepends=True))
 
 
+def test_a_link_that_leads_to_itself_is_refused(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    ended = run("init", "loop", cwd=tmp_path)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "exover: error: cannot write loop" in ended.stderr
+
+
 def test_it_takes_the_folder_it_is_in(run: Run, tmp_path: Path) -> None:
     (tmp_path / "cart").mkdir()
     ended = run("init", cwd=tmp_path / "cart")

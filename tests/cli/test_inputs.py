@@ -43,6 +43,21 @@ def test_what_is_too_large_is_not_read_in_part(run, spec, tmp_path, verb, monkey
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("explain", "--finding"),
+        ("trace",),
+        ("check", "demo.exo", "--baseline"),
+        ("report", "demo.exo", "--out", "x.html", "--audit"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_no_report_is_read_without_an_end(run, spec, words, monkeypatch):
+    monkeypatch.setattr(files, "MOST_BYTES", 100)
+    refused(run(*words, "/dev/zero"), "exover: error: cannot read /dev/zero: it is larger than 100 bytes")
+
+
 def test_unreadable(run, spec):
     spec.chmod(0)
     refused(run("check", spec), f"cannot read {spec}: Permission denied")

@@ -81,11 +81,21 @@ def test_engines_print_the_same_lines(run, spec):
 
 
 def test_no_c_compiler(run, spec):
-    for changes in ({"PATH": "/nowhere"}, {"CC": "no-such-compiler"}, {"CC": "false"}):
+    for changes in ({"PATH": "/nowhere"}, *({"CC": command} for command in ("no-such-compiler", "false", "true"))):
         done = run("simulate", spec, "--engine", "c", input=STOP, env=environment(**changes))
         assert (done.returncode, done.stdout) == (2, "")
         assert done.stderr.startswith("exover: error: ")
         assert "C compiler" in done.stderr
+
+
+@pytest.mark.parametrize(("variable", "engine"), [("CC", "c"), ("RUSTC", "rust")])
+def test_a_compiler_with_a_quote_that_is_not_closed(run, spec, variable, engine):
+    broken = environment(**{variable: "'"})
+    done = run("simulate", spec, "--engine", engine, input=STOP, env=broken)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"exover: error: ${variable} is no command, no closing quotation: '\n"
+    assert run("doctor", env=broken).returncode == 0
+    assert run("check", spec, env=broken).returncode == 0
 
 
 def test_a_temporary_folder_that_is_full(run, spec):

@@ -85,7 +85,9 @@ def _runtime(compiler: str, flags: Sequence[str], source: Path, out: Path) -> Pa
         (folder / name).write_bytes((source.parent / name).read_bytes())
     try:
         compile_in(
-            folder, [compiler, *(flag for flag in flags if not flag.startswith(("-I", "-Wno-"))), "-c", "exover.c"]
+            folder,
+            [compiler, *(flag for flag in flags if not flag.startswith(("-I", "-Wno-"))), "-c", "exover.c"],
+            "exover.o",
         )
     except NativeUnavailable as failed:
         raise AssertionError(str(failed)) from failed

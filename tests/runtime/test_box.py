@@ -6,6 +6,7 @@ import struct
 import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from shutil import which
 
@@ -405,7 +406,9 @@ def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path
     recorded = runner.replace("    start(&mut checker);\n    match", OPEN + "    match")
     assert recorded != runner
     (folder / "runner.rs").write_text(recorded)
-    compile_in(folder, [*find_rustc(), EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "Rust")
+    compile_in(
+        folder, [*find_rustc(), EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "runner", "Rust"
+    )
     told = subprocess.run(
         [folder / "runner"], input="".join(f"{line}\n" for line in lines), capture_output=True, text=True, check=True
     )
@@ -485,3 +488,28 @@ def test_replay_of_a_box_whose_beginning_is_lost(boxing: Boxing, small: Build) -
     (folder / "log.jsonl").write_text("".join(f"{json.dumps(event)}\n" for event in EVENTS))
     done = command(folder, "box.bin", "boxed.exo", "--after", "log.jsonl")
     assert done.returncode == 0 and "all as the reference answers" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("anew", "held"),
+    [((2**32 - 1, 0), 0), ((2**32 - 1, 0), 2), ((2**29, 1), 2)],
+    ids=["from 0", "behind 2^32", "behind 2^29"],
+)
+def test_steps_that_are_counted_anew_go_on(boxing: Boxing, small: Build, anew: tuple[int, int], held: int) -> None:
+    """What is before them is lost, and they are not taken for a run of their own that begins where the checker does."""
+    boxed = boxing(20)
+    data = bytearray(boxed.run(boxed.lines(EVENTS)))
+    first = read_box(bytes(data)).runs[0][0].number
+    for place in range(HEADER.size, len(data), LINE.size):
+        words = list(LINE.unpack_from(data, place))
+        after = words[1] - first - held
+        words[1] = anew[1] + after if after >= 0 else anew[0] + after + 1
+        words[7] = reduce(lambda total, word: (total ^ word) * 16777619 & 0xFFFFFFFF, words[:7], 2166136261)
+        LINE.pack_into(data, place, *words)
+    (run,) = read_box(bytes(data)).runs
+    assert run[held].number == anew[1]
+    boxed.file.write_bytes(data)
+    (boxed.folder / "boxed.exo").write_text(SPEC)
+    done = command(boxed.folder, "box.bin", "boxed.exo")
+    assert (done.returncode, done.stderr) == (3, "")
+    assert f"not compared: the {(run[0].number - 1) % 2**32} steps before it are lost" in done.stdout

@@ -60,5 +60,5 @@ def compiled_beside() -> Iterator[None]:
 
 def _make(folder: Path) -> Path:
     (folder / SOURCE).write_bytes(files(__package__).joinpath(SOURCE).read_bytes())
-    compile_in(folder, [*find_compiler(), *FLAGS, SOURCE, "-o", "simulate.so"])
+    compile_in(folder, [*find_compiler(), *FLAGS, SOURCE, "-o", "simulate.so"], "simulate.so")
     return folder / "simulate.so"
