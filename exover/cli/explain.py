@@ -15,6 +15,7 @@ from exover.diagnostics import did_you_mean
 from exover.manual import FILES, Page, page, pages
 from exover.model.explanation import Explanation
 from exover.model.model import Model
+from exover.model.wording import visible
 from exover.pipeline import explain
 from exover.report import explanation as report
 from exover.report.recorded import Recorded, UnreadableReport, retell
@@ -70,7 +71,7 @@ def _finding(arguments: argparse.Namespace) -> ExitStatus:
         raise CliError(f"cannot use {arguments.finding}: {reason}") from reason
     step = _step(arguments, recorded)
     if arguments.format == "text":
-        out(f"{recorded.title}: {recorded.message}\n")
+        out(visible(f"{recorded.title}: {recorded.message}") + "\n")
     lines = [json.dumps(event).encode() for event, _ in recorded.moments[:step]]
     _print(arguments, source, model, lines, recorded.title)
     return ExitStatus.OK

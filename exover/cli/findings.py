@@ -7,6 +7,7 @@ from exover.cli.files import read_text
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import quote
+from exover.model.wording import visible
 from exover.report.recorded import Recorded, UnreadableReport, choose, read
 
 
@@ -39,7 +40,7 @@ def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Record
         raise CliError(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
     first, *others = named
     if others:
-        complain(f"exover: note: {first.title}; --check and --subject choose among {_listed(named)}")
+        complain(visible(f"exover: note: {first.title}; --check and --subject choose among {_listed(named)}"))
     return first
 
 

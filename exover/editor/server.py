@@ -234,8 +234,9 @@ class SpecServer(LanguageServer):
 
 
 def path_of(uri: str) -> str:
-    """Return the path of a file, or the name of what is none, as it stands."""
-    return (to_fs_path(uri) or uri) if uri.startswith("file:") else uri
+    """Return the path of a file, or the name of what is none, as it stands: no file has NUL in its path."""
+    path = to_fs_path(uri) if uri.startswith("file:") else None
+    return path if path and "\0" not in path else uri
 
 
 def make() -> SpecServer:

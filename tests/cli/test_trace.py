@@ -34,6 +34,18 @@ def test_the_first_violated_finding_is_told_and_the_others_are_named(run, report
     assert "deadlock right.pick, lockout left.pick, lockout right.pick" in done.stderr
 
 
+def test_what_a_report_says_does_not_steer_the_terminal(run, report):
+    found = json.loads(report.read_text())
+    for each in found["findings"]:
+        each["subject"] += "\x1b[31m\nexover: error: forged"
+        each["message"] += "\x1b[0m\r\nforged"
+    report.write_text(json.dumps(found))
+    for done in (run("trace", report), run("explain", "--finding", report)):
+        assert done.returncode == 0
+        assert not {"\x1b", "\r"} & {*done.stdout, *done.stderr}
+        assert not any(line.startswith(("forged", "exover: error")) for line in (done.stdout + done.stderr).split("\n"))
+
+
 def test_check_and_subject_choose(run, report):
     done = run("trace", report, "--check", "deadlock", "--subject", "right.pick")
     assert (done.returncode, done.stderr) == (0, "")

@@ -254,6 +254,14 @@ def test_what_is_not_understood_is_refused_and_no_more(editor: Editor, rover: st
         hovered(editor, editor.uri("nowhere.exo"), far)
 
 
+def test_a_document_with_nul_in_its_name_is_a_text_without_a_place(editor: Editor) -> None:
+    uri = f"{editor.uri('a')}%00.exo"
+    editor.versions[uri] = 1
+    item = types.TextDocumentItem(uri, "exover", 1, 'spec s; include "b.exo";')
+    editor.tell(editor.client.text_document_did_open, types.DidOpenTextDocumentParams(item))
+    assert [each.code for each in editor.diagnostics(uri)] == ["E005"]
+
+
 def test_it_ends_when_the_pipe_is_closed(tmp_path: Path) -> None:
     for said in (b"", b"Content-Length: 1000\r\n\r\n{", b"no header at all\r\n"):
         ended = subprocess.run(
