@@ -6,7 +6,16 @@ from typing import NamedTuple
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Span
 from exover.syntax.grammar import Start
-from exover.syntax.hints import RELATIONS, condition_hint, list_hint, part_hint, statement_hint, type_hint
+from exover.syntax.hints import (
+    LOGICS,
+    RELATIONS,
+    TEMPORAL,
+    condition_hint,
+    list_hint,
+    part_hint,
+    statement_hint,
+    type_hint,
+)
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
 
 CLAUSES = frozenset(
@@ -81,6 +90,7 @@ _SYNOPSES = {
 }
 """The longest form of each statement, with the parts that most texts leave out."""
 
+_OUTCOMES = frozenset({"ok", "failed", "interrupted"})
 _ENDINGS = frozenset({"reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"})
 _ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
 _PARENTHESES = "parentheses group conditions, not terms"
@@ -131,7 +141,7 @@ def advice(
         return part
     if token.text == "leads":
         return _LEADS
-    hint = type_hint(before, token, expected) or list_hint(token, before, expected)
+    hint = type_hint(before, token, expected) or list_hint(token, before, expected, keyword)
     near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
     return hint or near or (f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES else "")
 
@@ -155,26 +165,38 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
         return "compare with `==`"
     if text == "(" and "self" in expected and "not" not in expected:
         return _PARENTHESES
+    if before is not None and before.text == ")" and text in RELATIONS:
+        told = following.text if following else ""
+        if told in _OUTCOMES:
+            return _ENDED
+        if told in ("true", "false"):
+            return f"a condition is compared with nothing: leave out `{text} {told}`, or write `not` before it"
     if text in RELATIONS | {"+", "-", "*"} and "and" in expected:
         return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
     if text == "leads" or (text == "lead" and "leads" not in expected):
         return _LEADS
     if text == "leads_to":
         return "write `leads to`, in two words"
+    form = misspelt_form(before, expected)
+    if form:
+        return form
     if text == "(" and before is not None:
         return _ENDED if before.text in _ENDINGS else did_you_mean(before.text, _PREDICATES | _STEPS)
-    form = misspelt_form(before, expected)
     if form is not None:
         return form
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
 
 
 def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
-    """Return the advice on a word where a form has to go on behind it: empty unless it is nearly the first word of
-    another; None if it is not such a word.
+    """Return the advice on a word where a form has to go on behind it: empty unless it belongs to another, as it is or
+    nearly; None if it is not such a word.
     """
     if before is None or before.kind != NAME or "precedes" not in expected:
         return None
+    if before.text in LOGICS:
+        return TEMPORAL
+    if before.text in ("precedes", "until"):
+        return f"`{before.text}` stands between two conditions: `CONDITION {before.text} CONDITION`"
     return did_you_mean(before.text, _FORMS)
 
 

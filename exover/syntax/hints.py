@@ -13,6 +13,7 @@ _REQUEST = "write `request NAME(NAME: TYPE);` in the block of a module"
 _POSTER = "a value that is observed is declared as `poster NAME: TYPE = VALUE;`"
 _MODULE = "write `module NAME { … }`"
 _INCLUDE = 'write `include "FILE";`'
+_PROPERTY = "write `property NAME: FORM;`, as in `property NAME: never CONDITION;`"
 _TYPE_LAST = "a type stands behind the name: `poster NAME: TYPE = VALUE;` or `const NAME = VALUE;`"
 
 _STATEMENTS: Mapping[str, str] = {
@@ -81,7 +82,10 @@ _WORDS: Mapping[str, str] = {
 }
 """Words in a condition, where an operator could stand."""
 RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
-_LOGICS = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E", "eventually"})
+_UNTIL = "`until` lists the requests that end it as they end well: `until MODULE.REQUEST, MODULE.REQUEST`"
+_FORMS = frozenset({"never", "always", "possible"})
+LOGICS = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E", "eventually"})
+TEMPORAL = "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G F CONDITION;`"
 _STATES = frozenset({"active", "running", "stopping", "waiting", "past"})
 _WITH = "arguments are asked for with `with`: `active(MODULE.REQUEST with PARAMETER == VALUE)`"
 
@@ -89,10 +93,11 @@ _WITH = "arguments are asked for with `with`: `active(MODULE.REQUEST with PARAME
 def statement_hint(token: Token, following: Token | None, expected: frozenset[str]) -> str:
     """Return the advice for a token where a statement could begin."""
     if token.text == ";":
-        return "leave it out: a block ends with `}` alone"
+        return "leave it out: a statement ends with one `;`, a block with `}` alone"
     if _comment(token, following):
         return SIGNS["#"]
-    return (_CLAUSES if "check" in expected else _STATEMENTS).get(token.text.lower(), "")
+    known = (_CLAUSES if "check" in expected else _STATEMENTS).get(token.text.lower(), "")
+    return _PROPERTY if known == _KEPT and "assume" in expected else known
 
 
 def _comment(token: Token, following: Token | None) -> bool:
@@ -111,8 +116,12 @@ def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> s
     return TYPES.get(before.text, "") if token.text in ("in", "(") else ""
 
 
-def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> str:
-    """Return the advice in a list of requests."""
+def list_hint(token: Token, before: Token | None, expected: frozenset[str], keyword: str) -> str:
+    """Return the advice in a list of requests, in the statement of `keyword`."""
+    if keyword == "const":
+        return ""  # it has a value and no list
+    if keyword == "latch" and token.text in RELATIONS:
+        return _UNTIL
     if token.text == "with" and {",", ")"} <= expected:
         return "`with` asks of a single request: `active(MODULE.REQUEST) or active(MODULE.REQUEST with …)`"
     if "over" in expected and token.text in RELATIONS:
@@ -127,6 +136,8 @@ def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> s
 def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
     """Return the advice in a part of a statement that is neither a list nor a condition."""
     if before.text == "because":
+        if token.kind == STRING:
+            return "leave out the `,` before `because`"
         return 'a text stands between `"` and `"`: `because "TEXT"`'
     if before.text == "by" and expected == {"wait"}:
         return "what stands behind `over` is killed anyway: only `by wait` can be added, for what cannot be"
@@ -136,6 +147,8 @@ def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
         return "an amount of a resource is a whole number, written out"
     if before.text in RELATIONS and "interrupted" in expected:
         return "`last` tells how the last instance ended: `none`, `ok`, `failed` or `interrupted`"
+    if token.text == "(" and expected == {"="}:
+        return "it has no parameters: `=` stands behind its name"
     if token.text == "==" and "=" in expected:
         return "a value is given with one `=`"
     if token.text == "*" and before.text == "." and expected == {NAME}:
@@ -154,6 +167,8 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
     previous = before.text if before else ""
     if pair == "=>":
         return "write `->`" if "->" in expected else "write `>=`, or `implies` between conditions"
+    if pair == "->" and "implies" in expected:
+        return "write `implies`"
     if pair == "=<":
         return "write `<=`"
     if text == "then" and "by" not in expected:
@@ -174,8 +189,16 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
         return "a fraction is written with a point: `0.5`"
     if text == "," and "and" in expected:
         return "join conditions with `and`; requests are listed inside a predicate, as in `active(m.a, m.b)`"
+    if text == ":" and "self" in expected:
+        return "leave out the `:`, or write a name before it"
     if text == ":":
-        return "an enum value is written alone, without its type"
+        return (
+            "a `:` stands behind one name, of the letters `A` to `Z`, digits and `_`"
+            if "==" in expected
+            else "an enum value is written alone, without its type"
+        )
+    if text == "(" and previous in _FORMS and "by" in expected:
+        return f"`{previous}` is no condition: `forbid` says what must not be"
     return _applied(token, previous, expected) or _WORDS.get(text.lower(), "")
 
 
@@ -185,8 +208,8 @@ def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
         return (
             f"`ctl` has `{previous}F`, `{previous}G`, `{previous}X` and `{previous} [p U q]`, `ltl` is about all runs"
         )
-    if previous in _LOGICS and token.text not in (";", ")"):
-        return "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G F CONDITION;`"
+    if previous in LOGICS and token.text not in (";", ")"):
+        return TEMPORAL
     if previous in _STATES and "(" in expected and token.kind == NAME:
         return f"write `{previous}(MODULE.REQUEST)`"
     if previous == "count" and token.text == "(":

@@ -67,8 +67,8 @@ def repair(
             return Repair(_unclosed(machine, before, token, insert), insert)
     expected = machine.expected()
     report = _unexpected(machine, before, token, expected, following[0])
-    if misspelt_form(before, expected):
-        return Repair(report)  # what stands behind belongs to another form
+    if misspelt_form(before, expected) or (token.text == "(" and expected == {"="}):
+        return Repair(report)  # what stands behind belongs to another form, or to parameters
     keyword = _misspelt(token, expected)
     if keyword:
         insert = _written(keyword, token.start)

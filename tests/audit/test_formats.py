@@ -154,7 +154,8 @@ def test_a_mission_without_events_and_a_file_that_is_none(tmp_path: Path, audito
     assert (empty.figures.events, empty.notes, empty.error) == (0, ("it has no events",), "")
     none = auditor.audit(str(write(tmp_path, "n.jsonl", ["spec crane;", "module m {}"])), "n")
     assert none.error == "no line of it is an event: write one JSON object a line"
-    assert auditor.audit(str(tmp_path / "missing.jsonl"), "m").error == "it cannot be read: No such file or directory"
+    for name in ("missing.jsonl", "missing.mcap"):
+        assert auditor.audit(str(tmp_path / name), "m").error == "it cannot be read: No such file or directory"
 
 
 def test_a_line_with_more_deeds_than_are_handed_in_at_once(tmp_path: Path, auditor: MissionAuditor) -> None:
