@@ -160,13 +160,13 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
     """
     lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
     if diagnostic.span is None:
-        lines.append(f"  --> {source.name}")
+        lines.append(f"  --> {_visible(source.name)}")
         gutter = ""
     else:
         file, line, column = source.place(diagnostic.span.start)
         gutter = " " * len(str(line))
         shown, mark = _excerpt(source, diagnostic.span)
-        lines.append(f"{gutter} --> {file}:{line}:{column}")
+        lines.append(f"{gutter} --> {_visible(file)}:{line}:{column}")
         lines.append(f"{gutter} |")
         lines.append(f"{line} | {shown}".rstrip())
         lines.append(f"{gutter} | {mark} {diagnostic.label}".rstrip())

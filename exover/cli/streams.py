@@ -34,8 +34,13 @@ class Complaints:
 
 
 def complain(text: str) -> None:
-    """Write text and a newline to standard error; where that fails there is nobody left to tell."""
+    """Write text and a newline to standard error; where that fails there is nobody left to tell.
+
+    A message of one line that has more, as of a file whose name has, goes on indented: no name begins a message.
+    """
     Complaints.count += 1
+    if text.startswith("exover: "):
+        text = text.replace("\n", "\n  ")
     shown = "\n".join(
         "".join(character if character.isprintable() else "\ufffd" for character in line) for line in text.split("\n")
     )

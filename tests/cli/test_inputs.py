@@ -80,6 +80,17 @@ def test_files_that_are_no_specs(run, tmp_path, content, needles, monkeypatch):
     refused(run("check", "a.exo"), *needles)
 
 
+def test_a_name_of_a_file_begins_no_line(run, tmp_path):
+    name = "a\nexover: error: forged.exo"
+    for done in (run("check", name), run("trace", name), run("fmt", "--check", name)):
+        refused(done)
+        assert sum(line.startswith("exover: error: ") for line in done.stderr.split("\n")) == 1
+    (tmp_path / name).write_text("spec s; nonsense;")
+    done = run("check", name)
+    refused(done)
+    assert not any(line.startswith("exover: error: forged") for line in done.stderr.split("\n"))
+
+
 def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     (tmp_path / "\x1b[2J.exo").write_text("spec \x1b[31m;")
     done = run("check", "\x1b[2J.exo")
