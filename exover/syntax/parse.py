@@ -1,6 +1,7 @@
 """A source to its tree, or to everything that is wrong with it."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ from exover.diagnostics import Diagnostic, capped, quote
 from exover.source import Source, Span
 from exover.syntax.expect import nothing_there
 from exover.syntax.grammar import Grammar, Start, grammar
-from exover.syntax.lex import END, MAX_MISTAKES, NAME, Token, tokens
+from exover.syntax.lex import END, FOREIGN, MAX_MISTAKES, NAME, Token, tokens
 from exover.syntax.machine import MAX_DEPTH, ParserState
 from exover.syntax.recover import begin_anew, repair, too_deep
 from exover.syntax.tree import (
@@ -173,12 +174,19 @@ class _Reader:
         # Where the lexer has complained already, what the parser says is a consequence.
         if not token.tainted and not (self._before and self._before.tainted):
             self._report(plan.diagnostic)
+        elif token.text in FOREIGN and plan.diagnostic.help:
+            self._advise(token, plan.diagnostic.help)
         if not plan.insert and not plan.drop:
             return self._give_up(token)
         for inserted in plan.insert:
             machine.feed(inserted)
             self._unclosed -= inserted.text == "}"
         return self._advance() if plan.drop else token
+
+    def _advise(self, token: Token, help: str) -> None:
+        """Let what the lexer has said of a token advise what can stand there: its word cannot either."""
+        span = Span(token.start, token.end)
+        self.reports[:] = [replace(each, help=help) if each.span == span else each for each in self.reports]
 
     def _give_up(self, token: Token) -> Token:
         self._quiet = True
