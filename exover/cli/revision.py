@@ -50,9 +50,10 @@ class Revision:
         """Return what the properties file says that the spec had then, found as it is in the work tree."""
         with TemporaryDirectory() as folder:
             spec = Path(folder, self._path)
-            for place in self._beside():
+            blobs = [(place, *self._blob(place)) for place in self._beside()]
+            for place, content in {name: (place, content) for place, name, content in reversed(blobs)}.values():
                 Path(folder, place).parent.mkdir(parents=True, exist_ok=True)
-                Path(folder, place).write_bytes(self._content(place))
+                Path(folder, place).write_bytes(content)
             spec.parent.mkdir(parents=True, exist_ok=True)
             spec.write_bytes(self._content(self._path))
             found = the_properties(str(spec), model.name, "--old-properties")
@@ -73,15 +74,27 @@ class Revision:
         return list(dict.fromkeys(found))
 
     def _content(self, path: PurePosixPath) -> bytes:
-        return self._bytes("cat-file", "blob", f"{self._commit}:{path}", otherwise=f"{self.name} has no file {path}")
+        return self._blob(path)[1]
+
+    def _blob(self, path: PurePosixPath) -> tuple[bytes, bytes]:
+        """Return what git calls the content of a file, or of that to which a link leads, and the content."""
+        asked = os.fsencode(f"{self._commit}:{path}\n")
+        head, _, rest = self._bytes("cat-file", "--batch", "--follow-symlinks", told=asked).partition(b"\n")
+        match head.split(b" "):
+            case [name, b"blob", size]:
+                return name, rest[: int(size)]
+            case [b"symlink" | b"dangling" | b"loop" | b"notdir", _]:
+                raise CliError(f"{self.shown(path)} is a link that leads to no file of {self.name}")
+            case _:
+                raise CliError(f"{self.name} has no file {path}")
 
     def _git(self, *words: str, otherwise: str = "") -> str:
         return os.fsdecode(self._bytes(*words, otherwise=otherwise))
 
-    def _bytes(self, *words: str, otherwise: str = "") -> bytes:
+    def _bytes(self, *words: str, otherwise: str = "", told: bytes = b"") -> bytes:
         command = ["git", "-C", self._folder, *words]
         try:
-            ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+            ended = subprocess.run(command, input=told, capture_output=True, check=False)
         except FileNotFoundError as error:
             raise CliError("--against asks git, which is not on PATH") from error
         if ended.returncode:

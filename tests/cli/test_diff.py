@@ -250,6 +250,34 @@ def test_a_spec_is_compared_with_itself_at_a_revision(run, tmp_path: Path) -> No
     assert found["old"]["properties"] == str(prop)
 
 
+def test_links_lead_to_files_at_a_revision(run, tmp_path: Path) -> None:
+    spec, link = tmp_path / "specs" / "lift.exo", tmp_path / "specs" / "lift.prop"
+    for file, text in (
+        (spec, OLD),
+        (tmp_path / "shared" / "some", "for lift; property apart: possible active(cabin.go);"),
+    ):
+        file.parent.mkdir()
+        file.write_text(text)
+    (tmp_path / "properties").mkdir()
+    (tmp_path / "properties" / "again.prop").symlink_to(Path("..", "shared", "some"))
+    link.symlink_to(Path("..", "shared", "some"))
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    for target in ("nowhere", "lift.prop"):
+        done = run("diff", spec, "--against", "HEAD", "--format", "json")
+        assert json.loads(done.stdout)["old"]["properties"] == "HEAD:specs/lift.prop"
+        link.unlink()
+        link.symlink_to(target)
+        git(tmp_path, "add", ".")
+        git(tmp_path, "commit", "-qm", f"to {target}")
+        link.unlink()
+        done = run("diff", spec, "--against", "HEAD")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "HEAD:specs/lift.prop is a link that leads to no file of HEAD" in done.stderr
+        git(tmp_path, "reset", "-q", "--hard", "HEAD~")
+
+
 def test_nothing_is_known_when_the_time_is_over(run, tmp_path: Path) -> None:
     (tmp_path / "old.exo").write_text(OLD)
     done = run.apart("diff", tmp_path / "old.exo", tmp_path / "old.exo", "--timeout", "0.001")
