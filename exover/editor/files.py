@@ -8,7 +8,16 @@ from pathlib import Path
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
-from exover.places import SPEC, SUFFIX, find_including, find_properties, find_specs, named_after, read_part
+from exover.places import (
+    SPEC,
+    SUFFIX,
+    find_including,
+    find_properties,
+    find_specs,
+    named_after,
+    read_part,
+    refuse_irregular,
+)
 from exover.source import Source
 from exover.syntax.decode import decode
 from exover.syntax.includes import ReadPart
@@ -26,6 +35,8 @@ class TextFile:
     version: int | None = None
     """The editor's number of the text."""
     stamp: tuple[int, int] = (0, 0)
+    unread: str = ""
+    """Why it cannot be read, if it cannot."""
     spec: TextAnalysis | None = None
     """Of a properties file or a part, what is known of its spec."""
     parts: dict[str, str | tuple[int, int] | None] = field(default_factory=dict)
@@ -107,6 +118,9 @@ class Files:
         return read
 
     def _analysed(self, file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
+        if file.unread:
+            report = Diagnostic("E001", f"the file cannot be read: {file.unread}", None)
+            return TextAnalysis(Source(file.path, ""), (report,))
         source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
         if isinstance(source, Diagnostic):
             return TextAnalysis(Source(file.path, file.text), (source,))
@@ -143,26 +157,32 @@ class Files:
         return {file.name for _, each in self.together(path) for file in each.source.files}
 
     def properties_of(self, spec: str) -> list[str]:
-        """Return the properties files of a spec on disk."""
+        """Return the properties files of a spec on disk, or the first of them that cannot be read."""
         try:
             name = named_after(Path(spec), "spec") or ""
             return [os.path.abspath(each) for each in find_properties(spec, name)]
-        except OSError:
-            return []
+        except OSError as error:
+            return [os.path.abspath(error.filename)] if str(error.filename).endswith(SUFFIX) else []
 
     def _file(self, path: str) -> TextFile | None:
-        """Return a text, read anew if it is not open and has changed on disk; None if it cannot be read."""
+        """Return a text, read anew if it is not open and has changed on disk; None if it cannot be read, unless it
+        stands as a properties file.
+        """
         file = self.known.get(path)
         if file and file.open:
             return file
         try:
+            refuse_irregular(path)
             stamp = _stamp(path)
             if file is None or file.stamp != stamp:
-                source = decode(path, Path(path).read_bytes())
-                text = source.text if isinstance(source, Source) else ""
+                content = Path(path).read_bytes()
+                source = decode(path, content)
+                text = source.text if isinstance(source, Source) else content.decode(errors="surrogateescape")
                 file = self.known[path] = TextFile(path, text, open=False, stamp=stamp)
-        except OSError:
-            return None
+        except OSError as error:
+            if not (path.endswith(SUFFIX) and os.path.lexists(path)):
+                return None
+            return TextFile(path, "", open=False, unread=error.strerror or str(error))
         return file
 
 

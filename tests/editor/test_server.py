@@ -369,6 +369,29 @@ def test_what_is_wrong_with_a_properties_file_is_told_though_it_is_not_open(chec
     assert checking.diagnostics(prop, lambda each: not each) == []
 
 
+def test_a_properties_file_that_cannot_be_read_is_told_though_it_is_not_open(editor: Editor, folder: Path) -> None:
+    place = folder / "apart"
+    place.mkdir()
+    text = SMALL.replace("small", "odd")
+    (place / "odd.exo").write_text(text)
+    prop = editor.uri("apart/odd.prop")
+    editor.versions[prop] = None  # the server has no number of it
+    uri = editor.open("apart/odd.exo", text)
+    for make, code in (
+        (lambda: (place / "odd.prop").write_bytes(b"for odd; // caf\xe9\n"), "E002"),
+        (lambda: (place / "odd.prop").symlink_to("nowhere"), "E001"),
+        ((place / "odd.prop").mkdir, "E001"),
+    ):
+        make()
+        editor.change(uri, text)
+        (found,) = editor.diagnostics(prop, bool)
+        assert found.code == code
+        (place / "odd.prop").rmdir() if (place / "odd.prop").is_dir() else (place / "odd.prop").unlink()
+        editor.change(uri, text + "\n")
+        assert editor.diagnostics(prop, lambda each: not each) == []
+    editor.close(uri)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_the_server_though_the_editor_keeps_the_pipe(number: int, status: int) -> None:
