@@ -4,7 +4,7 @@ A home space is a set of states that can be reached from every reachable one (Me
 observations lead there is shown in `home_ranking`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 from exover.dataclass import dataclass
@@ -16,6 +16,8 @@ from exover.model.index import ModelIndex
 
 StepInputs = frozenset[int]
 """The inputs that are true."""
+POSTERS, LEVELS = "observe", "observe level"
+"""What observes them."""
 
 
 def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> StepInputs:
@@ -24,6 +26,20 @@ def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> St
     for given, value in zip(encoding.events[kind].given, values, strict=False):
         true |= {bit >> 1 for place, bit in enumerate(given.bits) if value >> place & 1}
     return frozenset(true)
+
+
+def rereadings(encoding: Encoding, state: Mapping[int, int], *verbs: str) -> Iterator[tuple[str, StepInputs]]:
+    """Yield the events that observe what reads so already, by its name, each made when it is asked for.
+
+    `state`: by node of a latch whether it is true; `verbs`: posters, levels, or both, in this order.
+    """
+    for verb in verbs:
+        for kind, event in enumerate(encoding.events):
+            if event.kind.verb == verb:
+                name = event.kind.name
+                bits = encoding.latches.literals[name if verb == POSTERS else level_name(name)]
+                read = sum(state.get(bit >> 1, 0) << place for place, bit in enumerate(bits))
+                yield name, inputs_of(encoding, kind, (read,))
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,25 +93,12 @@ class HomeSpace:
     @cached_property
     def posters(self) -> dict[str, StepInputs]:
         """By poster the event by which it comes to read as in a home state."""
-        return dict(self._observations("observe"))
+        return dict(rereadings(self.encoding, self._like, POSTERS))
 
     @cached_property
     def levels(self) -> dict[str, StepInputs]:
         """By the variable of a level the event by which it comes to read as in a home state."""
-        return {level_name(name): event for name, event in self._observations("observe level")}
-
-    def observations(self) -> Iterator[tuple[str, StepInputs]]:
-        """Yield the events of `posters`, then of `levels`, by name, each made when it is asked for."""
-        yield from self._observations("observe")
-        yield from self._observations("observe level")
-
-    def _observations(self, verb: str) -> Iterator[tuple[str, StepInputs]]:
-        for kind, event in enumerate(self.encoding.events):
-            if event.kind.verb == verb:
-                name = event.kind.name
-                bits = self.encoding.latches.literals[name if verb == "observe" else level_name(name)]
-                read = sum(self._like[bit >> 1] << place for place, bit in enumerate(bits))
-                yield name, inputs_of(self.encoding, kind, (read,))
+        return {level_name(name): event for name, event in rereadings(self.encoding, self._like, LEVELS)}
 
     def slots(self) -> Iterator[Reports]:
         """Yield the reports of every slot that has some."""

@@ -7,7 +7,7 @@ from operator import or_
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.home_states import HomeSpace
+from exover.engines.aig.home_states import LEVELS, POSTERS, rereadings
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
 from exover.engines.aig.shorten import doublings
@@ -134,10 +134,8 @@ def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> 
         steps = lasso.steps
         states = chain([initial(machine.latches, 1)], machine.states(steps))
         for count, state in zip(range(len(steps)), states, strict=False):
-            here = HomeSpace(machine.encoding, frozenset(node for node, word in state.items() if word))
-            tried += [
-                (index, InputLasso(steps[:count], (event,))) for _, event in islice(here.observations(), OBSERVED)
-            ]
+            observed = islice(rereadings(machine.encoding, state, POSTERS, LEVELS), OBSERVED)
+            tried += [(index, InputLasso(steps[:count], (event,))) for _, event in observed]
     good = [candidate for candidate, is_closed in zip(tried, closed(machine, tried), strict=True) if is_closed]
     return dict(reversed(good))
 
@@ -200,8 +198,8 @@ def _left(machine: SimulatedCircuit, lasso: InputLasso, dropped: StepNumbers) ->
         return left
     observed = [step for step in left.stem if event_of(step).kind == kind]
     if not observed:
-        start = HomeSpace(machine.encoding, frozenset(n for n, word in initial(machine.latches, 1).items() if word))
-        observed = [event for name, event in start.observations() if name == kind.name]
+        start = initial(machine.latches, 1)
+        observed = [event for name, event in rereadings(machine.encoding, start, POSTERS) if name == kind.name]
     return InputLasso(left.stem, (observed[-1],))
 
 
