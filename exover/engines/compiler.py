@@ -39,8 +39,10 @@ def command_in(variable: str) -> list[str]:
         raise NativeUnavailable(f"${variable} is no command, {str(error).lower()}: {command}") from error
 
 
-def compile_in(folder: Path, command: Sequence[str], makes: str, language: str = "C") -> None:
-    """Run a compiler in a folder, which makes a file there; raises `NativeUnavailable` if that fails."""
+def compile_in(folder: Path, command: Sequence[str], makes: str | None, language: str = "C") -> None:
+    """Run a compiler in a folder, where it makes this file, if it is known which; raises `NativeUnavailable` if that
+    fails.
+    """
     try:
         ended = run(command, folder)
     except NotRunnable as reason:
@@ -48,7 +50,7 @@ def compile_in(folder: Path, command: Sequence[str], makes: str, language: str =
     if ended.status:
         said = (ended.complained or ended.printed).rstrip()
         raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
-    if not (folder / makes).is_file():
+    if makes is not None and not (folder / makes).is_file():
         raise NativeUnavailable(f"the {language} compiler {command[0]} ended well, and made nothing")
 
 

@@ -37,7 +37,7 @@ def build_crate(model: Model, tables: Tables, name: str, folder: Path, flags: Se
     for artefact in emit_sources(model, tables, name):
         (folder / artefact.name).write_bytes(artefact.content)
     known = ['--check-cfg=cfg(feature, values("names", "black-box"))', "--crate-type=rlib", f"--crate-name={name}"]
-    compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], f"lib{name}.rlib", "Rust")
+    compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], None, "Rust")  # flags say what it makes
 
 
 def engine_of(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> NativeEngine:
