@@ -1,1 +1,1 @@
-"""Engines for claims about one closed loop: each is given the loop and a claim, and has an opinion."""
+"""Engines: each is given the closed loop and a claim, and returns an opinion of the claim."""

@@ -1,4 +1,4 @@
-"""Work beside ours: in a process of its own where there is a processor for it, else in turn."""
+"""A side task that runs in a forked process beside its caller, or in the caller's own where that is not possible."""
 
 import os
 import pickle
@@ -16,18 +16,18 @@ from exover.engines.scratch import Scratch, files_in
 M = TypeVar("M")
 Say = Callable[[M], None]
 SideTask = Callable[[Say[M]], None]
-"""Says what it finds. Nothing but that comes of it: what it changes may be changed in another process."""
+"""Passes messages to `Say`. They are its only effect: what it changes in memory may be that of another process."""
 DONE, SAID = "done", "said"
 _apart = False
-"""Whether this process does work beside another's."""
+"""Whether this process is one that `Beside` has forked."""
 
 
 class Beside(Generic[M]):
-    """Work that goes on while the body of this context does other work; its end is heard by `hear`.
+    """A side task that runs while the body of this context does other work; `hear` waits for its end.
 
-    `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
-    process fails, or none can be had, the work is done in this one. Its temporary files are in a folder that is gone
-    when it is.
+    `apart`: in a process of its own, if the system can fork one, which is killed when this context or the caller's
+    process ends. If that process fails or cannot be had, `hear` does the work in the caller's process. The temporary
+    files of the process are in a folder that is removed with it.
     """
 
     def __init__(self, work: SideTask[M], apart: bool) -> None:
@@ -37,7 +37,7 @@ class Beside(Generic[M]):
         self._held = ExitStack()
         self._scratch = Scratch()
         self.arrived = Event()
-        """Set when its process has said something, or ended."""
+        """Set when its process has sent a message, or ended."""
 
     def __enter__(self) -> "Beside[M]":
         if self._apart:
@@ -51,7 +51,7 @@ class Beside(Generic[M]):
         self._held.close()
 
     def _begin(self) -> ExitStack:
-        """Let a process begin, and return what ends it; raises `OSError` or `RuntimeError`, and leaves nothing then."""
+        """Start the process, and return the stack that ends it; raises `OSError` or `RuntimeError`, leaving nothing."""
         parent = os.getpid()
         with ExitStack() as begun:
             begun.enter_context(self._scratch)
@@ -68,7 +68,10 @@ class Beside(Generic[M]):
             return begun.pop_all()
 
     def hear(self, take: Say[M]) -> None:
-        """Take all that the work says, and return when it is done."""
+        """Pass all further messages to `take`, and return when the work is done.
+
+        If its process has failed, do the work here, all over again.
+        """
         while self._apart:
             kind, message = self._end or self._said.get()
             if kind == DONE:
@@ -79,7 +82,7 @@ class Beside(Generic[M]):
         self._work(take)
 
     def overhear(self, take: Say[M]) -> bool:
-        """Take what the work has said by now, and return whether no process says more; the rest is to be heard."""
+        """Pass the messages that have arrived to `take`; return whether no process sends more. `hear` is still due."""
         while self._end is None and not self._said.empty():
             kind, message = self._said.get()
             if kind != SAID:
@@ -94,11 +97,11 @@ class Beside(Generic[M]):
 
 
 Heard = tuple[Beside[Any], Say[Any]]
-"""Work beside ours, and what takes what it says."""
+"""A side task, and the function that takes its messages."""
 
 
 def hear_all(works: Sequence[Heard], others: Sequence[Heard] = ()) -> None:
-    """Take what works say, as they say it, and return when all are done; of others take what they say meanwhile."""
+    """Pass on the messages of `works` as they arrive until all are done, and those of `others` arriving meanwhile."""
     arrived = Event()
     for work, _ in (*works, *others):
         work.arrived = arrived
@@ -115,13 +118,13 @@ def hear_all(works: Sequence[Heard], others: Sequence[Heard] = ()) -> None:
 
 
 def step_back_if_apart() -> None:
-    """Let the body go first from now on, if it is work beside one that calls this, in a process of its own."""
+    """Lower the priority of this process if it is one that `Beside` has forked, so that its parent runs first."""
     if _apart:
         step_back()
 
 
 def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
-    """Do work in this process, which ends here; what it says goes to the parent."""
+    """Do the work in this process, send its messages to the parent, and exit."""
     global _apart  # noqa: PLW0603  # of a process that does nothing else
     _apart = True
     try:
@@ -133,7 +136,7 @@ def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
 
 
 def _end_process(child: int, reader: Thread) -> None:
-    """End a process, and wait for whoever reads what it says."""
+    """Kill a process, and wait for the thread that reads its messages."""
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     if reader.is_alive():
@@ -141,7 +144,7 @@ def _end_process(child: int, reader: Thread) -> None:
 
 
 def _read(channel: Any, put: Callable[[tuple[str, Any]], None]) -> None:
-    """Read what is said until nothing more can be."""
+    """Pass messages from the channel to `put` until it closes or fails, then a mark of the end."""
     with channel:
         try:
             while True:

@@ -1,4 +1,4 @@
-"""The C compiler of the system: which it is, how it is run, and how what it makes is loaded."""
+"""The C compiler of the system: to find it, to run it, and to load the library that it makes."""
 
 import ctypes
 import os
@@ -14,7 +14,7 @@ COMPILERS = ("cc", "gcc", "clang")
 
 
 class NativeUnavailable(Exception):
-    """No compiler is there, or it does not compile; the message is for the user."""
+    """There is no compiler, or it fails; the message is for the user."""
 
 
 def find_compiler() -> list[str]:
@@ -31,7 +31,7 @@ def find_compiler() -> list[str]:
 
 
 def command_in(variable: str) -> list[str]:
-    """Return the words of a command in the environment, none if there is none; raises `NativeUnavailable`."""
+    """Return the words of a command in an environment variable, none if it is not set; raises `NativeUnavailable`."""
     command = os.environ.get(variable, "")
     try:
         return shlex.split(command)
@@ -40,8 +40,9 @@ def command_in(variable: str) -> list[str]:
 
 
 def compile_in(folder: Path, command: Sequence[str], makes: str | None, language: str = "C") -> None:
-    """Run a compiler in a folder, where it makes this file, if it is known which; raises `NativeUnavailable` if that
-    fails.
+    """Run a compiler in a folder to make the file `makes` there (`None`: the command knows which).
+
+    Raises `NativeUnavailable` if that fails.
     """
     try:
         ended = run(command, folder)
@@ -55,9 +56,9 @@ def compile_in(folder: Path, command: Sequence[str], makes: str | None, language
 
 
 def loaded(make: Callable[[Path], Path], failed: str) -> ctypes.CDLL:
-    """Return the library that is made in a folder, which is gone as soon as the library is loaded.
+    """Make a library in a temporary folder, load it, remove the folder, and return the library.
 
-    Raises `NativeUnavailable`, whose message begins with `failed` where the folder or the library is what fails.
+    Raises `NativeUnavailable`, whose message begins with `failed` if the folder or the library cannot be had.
     """
     try:
         with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:

@@ -1,4 +1,4 @@
-"""Processes that end when we do, however that is: programs of others, and parts of our own."""
+"""Processes that do not outlive exover, even if it is killed: foreign programs, and forks of its own."""
 
 import os
 import signal
@@ -11,16 +11,16 @@ from pathlib import Path
 from exover.dataclass import dataclass
 
 PR_SET_PDEATHSIG = 1
-"""Of `prctl` in Linux: the signal that a process gets when its parent ends."""
+"""The option of `prctl` (Linux) that sets the signal which a process gets when its parent ends."""
 LOOK = 0.1
-"""Seconds after which the keeper looks whether we are still there."""
+"""Seconds between two looks of the keeper whether its parent is still there."""
 BEHIND = 3
-"""How much nicer a process is that steps back: beside two busy ones on two processors it has two fifths of one."""
+"""What `step_back` adds to the nice value: beside two busy processes on two processors, two fifths of one are left."""
 KILL = int(getattr(signal, "SIGKILL", 9))
 ENDING = signal.SIGINT, signal.SIGTERM
-"""Signals that end a command in good order."""
+"""Signals after which a command cleans up and ends."""
 RESTORED = [int(getattr(signal, name)) for name in ("SIGPIPE", "SIGXFSZ") if hasattr(signal, name)]
-"""Signals that Python ignores; a program that it starts does not."""
+"""Signals that Python ignores, and that are reset to their default in a program that it starts."""
 KEEPER = f"""
 import os, select, sys
 parent, command = int(sys.argv[1]), sys.argv[2:]
@@ -41,19 +41,19 @@ while os.getppid() == parent:
         sys.exit(code if code >= 0 else 128 - code)
 os.killpg(0, {KILL})
 """
-"""Runs a command in its own group of processes, which it kills, itself included, once its parent is no longer there.
+"""A program that runs a command, and kills its process group, itself included, once its parent is gone.
 
-It starts with every command, and so imports nothing that takes long: `subprocess` takes longer than the interpreter.
+It starts with every command, so it imports nothing slow: to import `subprocess` takes longer than the interpreter does.
 """
 
 
 class NotRunnable(Exception):
-    """The program is not there or cannot be started; the message is for the user."""
+    """The program does not exist or cannot be started; the message is for the user."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a program ended, with 128 and the signal if it was one, as the shell has it, and what it printed."""
+    """The exit status of a program (128 + signal, as in a shell), its standard output and its standard error."""
 
     status: int
     printed: str
@@ -61,7 +61,7 @@ class Ended:
 
     @property
     def how(self) -> str:
-        """How it ended, as it follows the name of the program."""
+        """How it ended, in words that follow the name of the program."""
         with suppress(ValueError):
             return f"was ended by {signal.Signals(self.status - 128).name}"
         return f"ended with status {self.status}"
@@ -70,11 +70,11 @@ class Ended:
 def run(
     command: Sequence[str], folder: Path, environment: Mapping[str, str] | None = None, seconds: float | None = None
 ) -> Ended:
-    """Return how a command ended that ran in this folder, without input, and with UTF-8 or what replaces it as output.
+    """Run a command in this folder without input, and return how it ended; its output is decoded as UTF-8.
 
-    When it returns or raises, no process of the command is left in its group; a moment later none is either if we are
-    killed. Raises `NotRunnable`, and `TimeoutError` after so many seconds. Without groups of processes (Windows) a
-    command of several processes may outlive us.
+    When this returns or raises, no process of the command's group is left, and none a moment after this process is
+    killed. Raises `NotRunnable`, and `TimeoutError` after so many seconds. Without process groups (Windows), processes
+    that the command has started may outlive this one.
     """
     groups = hasattr(os, "killpg")
     keeper = [sys.executable, "-I", "-S", "-c", KEEPER, str(os.getpid())] if groups else []
@@ -106,7 +106,7 @@ def run(
 
 
 def _end(process: "subprocess.Popen[str]", groups: bool) -> None:
-    """End a process and, with `groups`, its whole group, which may outlive it."""
+    """Kill a process or, with `groups`, its whole process group, parts of which may outlive it."""
     if groups:
         with suppress(ProcessLookupError, PermissionError):  # no process of the group is left
             os.killpg(process.pid, signal.SIGKILL)
@@ -115,16 +115,16 @@ def _end(process: "subprocess.Popen[str]", groups: bool) -> None:
 
 
 def step_back() -> None:
-    """Let processes go first from now on that are at work beside this one, where the system can."""
+    """Lower the priority of this process by `BEHIND`, where the system can."""
     if hasattr(os, "nice"):
         os.nice(BEHIND)
 
 
 @contextmanager
 def uninterrupted(*signals: int) -> Iterator[None]:
-    """Let signals wait for the end of the body, as long as this process has but one thread.
+    """Block signals of this thread until the end of the body; another thread of the process may still get them.
 
-    A process that begins in it never gets them: it is its parent that hears of them.
+    A process that is started in the body inherits the mask and never gets them: its parent handles them.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -137,7 +137,7 @@ def uninterrupted(*signals: int) -> Iterator[None]:
 
 
 def die_with(parent: int) -> bool:
-    """Have this process killed when its parent ends, where the system can; return whether the parent is still there."""
+    """Have this process killed when its parent ends (Linux only); return whether the parent is still there."""
     if sys.platform == "linux":
         import ctypes
 

@@ -1,4 +1,4 @@
-"""A folder for the temporary files of processes that may be killed while they write some."""
+"""A folder for the temporary files of processes that may be killed while they write them."""
 
 import os
 import shutil
@@ -6,14 +6,14 @@ import tempfile
 from time import sleep
 
 TRIES, PAUSE = 25, 0.02
-"""How often it is tried to remove a folder, and the seconds after each try: programs that a killed process has started
-may write a little longer."""
+"""The tries to remove a folder, and the seconds after each: programs that a killed process has started may go on
+writing for a moment."""
 
 
 class Scratch:
-    """A folder, by its path, that is gone when this context is left; processes that begin in it call `files_in`.
+    """A temporary folder, removed when this context is left; processes that start in it call `files_in`.
 
-    Where none can be made `folder` is empty.
+    `folder`: its path, empty if none can be made.
     """
 
     def __init__(self) -> None:
@@ -35,6 +35,6 @@ class Scratch:
 
 
 def files_in(folder: str) -> None:
-    """Let this process, from now on, have its temporary files in a folder; where it is empty, nothing changes."""
+    """Put the temporary files of this process into a folder from now on; do nothing if the path is empty."""
     if folder:
         tempfile.tempdir = folder

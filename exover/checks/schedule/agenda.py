@@ -1,4 +1,4 @@
-"""Which question is asked next, and how long it may take, so that a slow one does not starve those after it."""
+"""The order in which questions are asked, and the time slice of each, so that slow questions do not starve others."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import field
@@ -8,20 +8,20 @@ from math import inf
 from exover.dataclass import dataclass
 
 SHARE = 0.25
-"""The part of the time that the first round may lose to questions that are too slow for it."""
+"""The fraction of the time that the first round may lose to questions that exceed their slice."""
 LEAST, MOST = 0.25, 1.0
-"""Seconds of a slice in the first round; a process needs about half of `LEAST` to begin."""
+"""Bounds of a slice in the first round, in seconds; a process needs about half of `LEAST` to start."""
 LONGEST = 30.0
-"""Seconds of the first stretch of those who are asked together, at most."""
+"""Upper bound of the first slice of questions that are asked together, in seconds."""
 GROWTH = 4
-"""How many times as long as in the round before a slice is."""
+"""The factor by which slices grow from one round to the next."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lot:
-    """Questions by number that are alike: those of one check to one engine, say.
+    """Similar questions by number, for instance those of one check to one engine.
 
-    `rank`: the lower, the sooner they are asked. `together`: one process is asked them all at once.
+    `rank`: lots of a lower rank are asked first. `together`: one process is asked all of them at once.
     """
 
     numbers: Collection[int]
@@ -31,9 +31,9 @@ class Lot:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """What a process is asked at once: questions by number, in order; `together`: those of a lot that is so.
+    """The questions that a process is asked at once, by number and in order; `together`: as in their lot.
 
-    It may take `seconds` for each answer, and `most` for all.
+    The process may take `seconds` for each answer, and `most` seconds for all.
     """
 
     numbers: tuple[int, ...]
@@ -44,51 +44,53 @@ class Turn:
 
 @dataclass
 class _Queue:
-    """What is to be asked of a lot, by how many turns it has had; `held`: what others are asked before."""
+    """The questions of a lot that wait for a turn.
+
+    `ready`: a heap of (turns had so far, number). `held`: stand-ins (`Agenda.instead`) that are not ready yet.
+    """
 
     lot: Lot
     place: int
     held: set[int]
     ready: list[tuple[int, int]]
     closed: bool = False
-    """Something of it was too slow in this round."""
+    """Whether one of its questions exceeded its slice in this round."""
 
     def tidy(self, over: Collection[int]) -> bool:
-        """Leave out what need not be asked any more; return whether there is something to ask."""
+        """Drop questions that are `over`; return whether some are ready and, if asked together, none is held."""
         while self.ready and self.ready[0][1] in over:
             heappop(self.ready)
         return bool(self.ready) and not (self.lot.together and self.held)
 
     @property
     def key(self) -> tuple[int, int, int]:
-        """The lower, the sooner it is asked."""
+        """The sort key: the queue with the least key is served first."""
         return self.ready[0][0], self.lot.rank, self.place
 
 
 @dataclass
 class Agenda:
-    """Questions in rounds, if time is limited: each gets a small slice before any gets a second, larger one.
+    """A round-robin schedule: with limited time, each question gets a small slice before any gets a second, larger one.
 
-    In a round those come first that have had fewer turns, then those of a lower rank, then the lots in order. A
-    question that is too slow is put off to the next round together with those of its lot that are still to come, so
-    that each lot can lose one slice in a round only, and cheap lots are answered however slow the others are. In the
-    next round slices are `GROWTH` times as long, and what was never asked comes before what was. Without `seconds`
-    there is one round without end.
+    In a round, questions that have had fewer turns come first, then those of a lower rank, then the lots in order. A
+    question that exceeds its slice is put off to the next round, and so are the questions of its lot that are still to
+    be asked. So each lot loses at most one slice in a round, and cheap lots are answered however slow the others are.
+    In the next round slices are `GROWTH` times as long. Without `seconds` there is one round, and slices are unlimited.
 
-    What is asked together knows no rounds: it takes turns with all the others, one after each stretch of time in which
-    they had as much as it has had, and `GROWTH` times as long as its last. Its first is `SHARE` of the time, for it is
-    asked all: others that began sooner would do again what is all but done. So where one process does all, it gets half
-    of the time; where there are more it keeps one (`exover.checks.schedule.workers`), and seldom comes back here.
+    Questions that are asked together take part in no rounds. They get a turn whenever they have had no more time in
+    total than all other questions, and each of their slices is `GROWTH` times as long as the one before. The first is
+    `SHARE` of the time: they come first since other engines would repeat most of their work. So with one process they
+    get half of the time; with several they keep a process (`exover.checks.schedule.workers`) and seldom return here.
 
-    `instead`: by number of a question another that is asked for the same answer, once the first is put off or was
-    asked in vain. When either has its answer, neither is asked any more.
+    `instead`: maps the number of a question to its stand-in, a question for the same answer that becomes ready once the
+    first is put off or asked in vain. When either has its answer, neither is asked any more.
     """
 
     lots: Sequence[Lot]
     seconds: float | None = None
     instead: Mapping[int, int] = field(default_factory=dict)
     over: set[int] = field(init=False, default_factory=set)
-    """What need not be asked, or not any longer."""
+    """Questions that are answered, themselves or by another; they are asked no more."""
 
     def __post_init__(self) -> None:
         held = set(self.instead.values())
@@ -103,9 +105,9 @@ class Agenda:
             self._of.update(dict.fromkeys(lot.numbers, queue))
         self._turns = dict.fromkeys(self._of, 0)
         self._spent = {True: 0.0, False: 0.0}
-        """Seconds that those have had who are asked together, and the others."""
+        """Seconds used so far: by questions that are asked together (True), and by all others (False)."""
         self._last: tuple[bool, float] | None = None
-        """Whether the last turn was of those who are asked together, and the seconds that were left then."""
+        """Of the last turn: whether its questions were asked together, and the seconds that were left when it began."""
         self._slice = self._stretch = inf
         if self.seconds is not None:
             share = self.seconds * SHARE
@@ -119,11 +121,11 @@ class Agenda:
 
     @property
     def waits(self) -> bool:
-        """Whether some question waits for its turn, in this round or the next."""
+        """Whether some question is ready for a turn, in this round or the next."""
         return any(queue.tidy(self.over) for queue in self._queues)
 
     def next(self, left: float) -> Turn | None:
-        """Return what is asked next, if `left` seconds are left; None if there is nothing now."""
+        """Return the next turn, given that `left` seconds are left; None iff no question is ready."""
         ready = [queue for queue in self._queues if queue.tidy(self.over)]
         if not ready:
             return None
@@ -138,20 +140,23 @@ class Agenda:
         return turn
 
     def _note(self, left: float) -> None:
-        """Note who has had the time since the last turn began."""
+        """Charge the time since the last turn began to the questions of that turn: asked together, or not."""
         if self.seconds is not None and self._last is not None:
             who, before = self._last
             self._spent[who] += before - left
 
     def _all_of(self, queue: _Queue, left: float) -> Turn:
-        """Return the turn of questions that are asked together: half of the time is theirs, longer slices each time."""
+        """Return the turn of all ready questions of a lot that is asked together.
+
+        The slice for each answer grows with each turn, up to half of the time left; all may take that half at least.
+        """
         seconds = min(left, self._stretch * GROWTH ** queue.ready[0][0], max(left / 2, self._stretch))
         numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
         queue.ready.clear()
         return Turn(numbers, seconds, max(left / 2, seconds), together=True)
 
     def _one_of(self, ready: Sequence[_Queue], left: float) -> Turn:
-        """Return the turn of one question of this round, or of the next one if all lots have been too slow in this."""
+        """Return the turn of one question; if every lot is closed in this round, begin the next, with longer slices."""
         if all(queue.closed for queue in ready):
             self._slice *= GROWTH
             for queue in self._queues:
@@ -161,7 +166,7 @@ class Agenda:
         return Turn((heappop(queue.ready)[1],), seconds, seconds)
 
     def call(self, numbers: Collection[int]) -> None:
-        """Let the questions take their turns that are asked instead of these."""
+        """Make the stand-ins of these questions ready."""
         for number in numbers:
             later = self.instead.get(number)
             if later is not None and later in self._of[later].held:
@@ -169,7 +174,7 @@ class Agenda:
                 heappush(self._of[later].ready, (0, later))
 
     def late(self, numbers: Collection[int]) -> None:
-        """Put off questions that took longer than they may."""
+        """Put off questions that exceeded their slice to the next round, and make their stand-ins ready."""
         self.call(numbers)
         for number in numbers:
             if number not in self.over:
@@ -178,13 +183,16 @@ class Agenda:
                 heappush(self._of[number].ready, (self._turns[number], number))
 
     def again(self, numbers: Collection[int]) -> None:
-        """Let questions take their turn once more: it was not for them that they have no answer."""
+        """Make questions ready again that lost their process through no fault of theirs; no turn is counted."""
         for number in numbers:
             if number not in self.over:
                 heappush(self._of[number].ready, (self._turns[number], number))
 
     def answered(self, number: int, in_vain: bool) -> tuple[int, ...]:
-        """Note that a question was answered; return all that are over with it, itself among them."""
+        """Record an answer to a question, and return the questions that are over with it; none if it was over already.
+
+        These are the question itself and, unless it was answered `in_vain`, all that are asked for the same answer.
+        """
         if number in self.over:
             return ()
         if in_vain:
@@ -198,7 +206,7 @@ class Agenda:
         return found
 
     def _alike(self, number: int) -> Iterator[int]:
-        """Yield the questions that are asked for the same answer."""
+        """Yield all questions for the same answer as this one, itself included, stand-ins after what they stand for."""
         while number in self._before:
             number = self._before[number]
         yield number

@@ -1,7 +1,7 @@
-"""Answers that were given before, and when they may be given again (docs/checks.md, "The cache").
+"""The cache of answers, and when an answer in it may be used again (docs/checks.md, "The cache").
 
-An answer is kept by what it depends on: the loop (the model and its tables, without texts and places, and who is
-asked), the assumptions, and the question itself. What depends on places and texts is not kept: runs are answered anew.
+The key of an answer is made of what it depends on: the loop (the model and its tables, without texts and locations, and
+the engines), the assumptions, and the question. Of a trace only the events are kept, and they are replayed when read.
 """
 
 from collections.abc import Iterable, Mapping
@@ -27,33 +27,33 @@ from exover.ocrd.trace_replay import TraceReplay
 
 Asked = tuple[Check, Question]
 OF_BYTES = ("tables", "consistency")
-"""Checks that look at no step, so that no assumption counts."""
+"""Checks that look at no step, so that their answers do not depend on assumptions."""
 VACUITY = "vacuity"
 OF_PROPERTIES = ("property", VACUITY)
 """Checks whose subjects are properties; those of all others are things of the model."""
 
 
 class AnswerStore(Protocol):
-    """Where answers are kept, by the digests of a loop and of a question; nothing in it need be true."""
+    """A store of answers, by the digests of a loop and of a question; its contents are not trusted."""
 
     def find(self, loop: str) -> Mapping[str, Any]:
-        """Return what is kept of a loop by question."""
+        """Return the answers about a loop, by question."""
         ...
 
     def keep(self, loop: str, answers: Mapping[str, Json]) -> None:
-        """Keep what was answered about a loop, by question; where that cannot be, do nothing."""
+        """Store answers about a loop, by question; do nothing if they cannot be stored."""
         ...
 
 
 class NoStore:
-    """Keeps nothing."""
+    """A store that is always empty."""
 
     def find(self, loop: str) -> Mapping[str, Any]:
         """Return nothing."""
         return {}
 
     def keep(self, loop: str, answers: Mapping[str, Json]) -> None:
-        """Forget them."""
+        """Do nothing."""
 
 
 NO_STORE = NoStore()
@@ -61,7 +61,7 @@ NO_STORE = NoStore()
 
 @dataclass(frozen=True, slots=True)
 class LoopFigures:
-    """The engines in the order in which they are asked about a loop, and the bits of its state."""
+    """The engines in the order in which they are asked about a loop, and the number of bits of its state."""
 
     names: tuple[EngineName, ...]
     state_bits: int | None
@@ -69,7 +69,7 @@ class LoopFigures:
 
 @dataclass(frozen=True)
 class StoredLoop:
-    """What a store knows of a loop that these engines are asked about, in any order."""
+    """The part of a store that is about one loop and one set of engines, whatever their order."""
 
     compiled: Compiled
     properties: Properties
@@ -77,16 +77,16 @@ class StoredLoop:
     store: AnswerStore
 
     def find(self) -> Mapping[str, Any]:
-        """Return what is kept, by question."""
+        """Return the stored answers, by question."""
         return self.store.find(self._key)
 
     def keep(self, answers: Mapping[str, Json]) -> None:
-        """Keep answers by question, if any of these is new."""
+        """Store answers, by question, unless all of them are stored already."""
         if answers.keys() - self.find().keys():
             self.store.keep(self._key, answers)
 
     def figures(self) -> LoopFigures | None:
-        """Return the figures, if they are known."""
+        """Return the figures if they are stored, else None."""
         match self.find().get(self.of_figures):
             case {"names": [*names], "state_bits": None | int() as bits} if sorted(names) == sorted(self.engines.names):
                 return LoopFigures(tuple(names), bits)
@@ -94,34 +94,34 @@ class StoredLoop:
 
     @cached_property
     def _key(self) -> str:
-        """The digest of the loop: the model without its texts, the bytes of the tables without its digest, engines in
-        any order."""
+        """The digest of the loop: of the model without its texts, the bytes of the tables without their digest and
+        flags, and the sorted engines."""
         plain = pack(replace(self.compiled.tables, digest=bytes(32), flags=0))
         engines = replace(self.engines, names=tuple(sorted(self.engines.names)))
         return _digest(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
 
     @property
     def of_figures(self) -> str:
-        """The digest of what the figures depend on: all that the properties tell apart."""
+        """The digest under which the figures are stored: they depend on all formulas and assumptions."""
         return _digest("figures", essence(tuple(formulas(self.properties))), self.assumed)
 
     @cached_property
     def assumed(self) -> str:
-        """The assumptions, as they are told apart."""
+        """The assumptions, and whether reports are fair, as a text without locations."""
         return essence((tuple(each.formula for each in self.properties.assumptions), int(self.properties.fair)))
 
 
 @dataclass
 class KnownAnswers:
-    """What a store knows of the questions about one loop, put to the engines of these `names` in their order."""
+    """The stored answers to questions about one loop that are put to the engines of these `names` in their order."""
 
     loop: StoredLoop
     names: tuple[EngineName, ...]
     recalled: dict[str, Finding] = field(default_factory=dict)
-    """By question the answers that were in the store, and are believed."""
+    """The answers, by question, that were read from the store and confirmed."""
 
     def answered(self, asked: Iterable[Asked]) -> dict[int, Finding]:
-        """Return by number the questions whose answers are known."""
+        """Return the findings that are stored and confirmed, by the index of the question."""
         kept = self.loop.find()
         found: dict[int, Finding] = {}
         for number, (check, question) in enumerate(asked if kept else ()):
@@ -132,10 +132,10 @@ class KnownAnswers:
         return found
 
     def keep(self, asked: Iterable[Asked], findings: Iterable[Finding], bits: int | None, replayed: bool) -> None:
-        """Keep what is settled and can be read again as it is; nothing is written if none of it is new.
+        """Store the findings that are sure and are read back as they are written; write nothing if none of it is new.
 
-        `replayed`: what breaks something was shown on the emitted C as well; else it is not kept. `bits`: those of a
-        state; None if that is not known, which may have been for want of time.
+        `replayed`: violations were replayed on the emitted C as well; otherwise they are not stored. `bits`: the number
+        of bits of a state; None if it is not known, perhaps for lack of time.
         """
         if self.loop.store is NO_STORE:
             return
@@ -149,8 +149,8 @@ class KnownAnswers:
         self.loop.keep(answers)
 
     def _key(self, check: Check, question: Question) -> str:
-        """Return the digest of a question: the check, the subject, who is asked in which order, the formula of a
-        property, the assumptions."""
+        """Return the digest of a question: the check, the subject, the engines in order, the formula of a property, and
+        the assumptions."""
         said, properties = "", self.loop.properties
         if check.name in OF_PROPERTIES and any(each.name == question.subject for each in properties.properties):
             prop = named(properties, question.subject)
@@ -158,10 +158,10 @@ class KnownAnswers:
         assumed = "" if check.name in OF_BYTES else self.loop.assumed
         return _digest(check.name, question.subject, *self.names, said, assumed)
 
-    # ---- what is kept ----
+    # ---- stored answers ----
 
     def _written(self, finding: Finding) -> Json:
-        """Return an answer without what depends on places and texts."""
+        """Return a finding as JSON without locations and texts of the spec; of a trace the events and a digest."""
         trace = finding.trace
         return {
             "verdict": finding.verdict,
@@ -174,11 +174,14 @@ class KnownAnswers:
         }
 
     def _is_read(self, question: Question, finding: Finding) -> bool:
-        """Return whether an answer is read as it was written: a reading out of range is not, for one."""
+        """Return whether a finding is read back as it is written; with a reading out of range it is not, for one."""
         return self._read(question, self._written(finding)) == replace(finding, seconds=0.0)
 
     def _read(self, question: Question, kept: Any) -> Finding | None:
-        """Return an answer with its run as the reference and the tables answer it now; None if it is not believed."""
+        """Return a stored finding with its trace replayed on the reference interpreter and the tables.
+
+        None if it has another shape, or if the replay gives other answers than those stored.
+        """
         match kept:
             case {
                 "verdict": "holds" | "violated" as verdict,
@@ -203,7 +206,7 @@ class KnownAnswers:
         return None
 
     def _run(self, lines: Iterable[Any], loop_start: int | None) -> Trace | None:
-        """Return the run of events; None if they are none, if it is no lasso, or if the tables answer otherwise."""
+        """Return the trace of stored events; None if one is no event, the loop does not close, or the tables differ."""
         events: list[Event] = []
         for line in lines:
             event = read_entries(self.loop.compiled.model, line) if isinstance(line, dict) else Invalid("bad-event")
@@ -222,19 +225,19 @@ class KnownAnswers:
 
 
 def is_sure(finding: Finding, replayed: bool) -> bool:
-    """Return whether an answer is one, and shown on the emitted C if it is a run that breaks something."""
+    """Return whether the verdict is not `unknown` and, if it is a violation with a trace, that was `replayed`."""
     broken = finding.verdict == "violated" and bool(finding.trace)
     return finding.verdict != "unknown" and (replayed or not broken)
 
 
 def _deeds(trace: Trace) -> str:
-    """Return the digest of what a run answers, texts left out."""
+    """Return the digest of the actions of a trace, texts left out."""
     answers: tuple[tuple[Action, ...], ...] = tuple(moment.actions for moment in trace.moments)
     return _digest(essence(answers))
 
 
 def _digest(*parts: str) -> str:
-    """Return the sha256 of texts, as hexadecimal digits."""
+    """Return the SHA-256 of texts, each preceded by its length, as hexadecimal digits."""
     found = sha256()
     for part in parts:
         content = part.encode("utf-8", "surrogatepass")

@@ -1,4 +1,4 @@
-"""Which engines answer, and whether one claim after the other or all at once."""
+"""The engines that are asked, in which order, and whether one claim after the other or all at once."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,10 +19,10 @@ EngineName = Literal["aig", "bdd", "z3", "nusmv"]
 
 @dataclass(frozen=True, slots=True)
 class Engines:
-    """Who is asked: each of `names` for what those before it left open, or if they are `compared` all for everything.
+    """The engines: each of `names` is asked what those before it left unknown or, if they are `compared`, everything.
 
-    `nusmv`: the program of that name, if it is among them; `abc`: Berkeley ABC, which helps `aig`, or nothing.
-    `patience`: the seconds that one which could search for ever spends on a claim.
+    `nusmv`, `abc`: the programs NuSMV and Berkeley ABC (which `aig` uses), empty if there is none. `patience`: the
+    seconds that an engine whose search may not terminate spends on a claim.
     """
 
     names: tuple[EngineName, ...] = ("bdd",)
@@ -31,38 +31,37 @@ class Engines:
     abc: str = ""
     patience: float = 60.0
     adaptive: bool = False
-    """Whether diagrams are asked first where the loop is of a size that suits them."""
+    """Whether diagrams are asked first if the loop is of a size that suits them."""
 
 
 DIAGRAMS = Engines()
 PORTFOLIO = Engines(("aig", "bdd", "z3"), adaptive=True)
 MANY = 1000
-"""Samples of the arguments of a request up to which diagrams may answer at once.
+"""Samples of the arguments of a request up to which diagrams may be asked first.
 
-To count the bits of a state is to tell classes of arguments apart, which delays the first answer by half a second where
-there are more."""
+The bits of a state are known only when the argument classes are, which takes half a second if there are more."""
 SMALL, LARGE = 64, 600
-"""Bits of a state up to which diagrams may answer at once, and from which on the graph of a whole step is too large."""
+"""Bits of a state up to which diagrams may be asked first, and from which on the graph of `aig` is too large."""
 LOOSE, FEW = 20, 5000
-"""The coupling, and the nodes of what components do, up to which diagrams of a small state answer at once.
+"""The coupling, and the diagram nodes of components, up to which diagrams of a small state are asked first.
 
-Measured on 40 specs: up to here all checks took diagrams at most about two seconds, and most of the others took them
-longer than they took `aig`."""
+Measured on 40 specs: up to here diagrams answered all checks in about two seconds at most; on most of the others they
+took longer than `aig`."""
 LOCAL, NARROW = 32, 16
-"""The nodes of what components do, for each bit of the state, up to which diagrams answer at once if each component
-rests until something is written, and the bits that each may read, for its diagram to be small before it is made.
+"""Limits up to which diagrams are asked first if no component is spontaneous: diagram nodes of components for each bit
+of the state, and bits that a component reads, from which it is known before that its diagram is small.
 
-Measured on specs of `benchmarks/families.py` of 120 to 290 bits: up to here (2 to 22 nodes) all checks took diagrams
-0.1 to 0.8 times as long as they took `aig`, and 1.4 times with 64 nodes. Of seven specs of teams each has a component
-that reads 44 bits or more; to make these diagrams took up to minutes."""
+Measured on specs of `benchmarks/families.py` of 120 to 290 bits: up to here (2 to 22 nodes) diagrams took 0.1 to 0.8
+times as long as `aig` for all checks, and with 64 nodes 1.4 times. Each of seven specs of teams has a component that
+reads 44 bits or more; to make these diagrams took up to minutes."""
 CLASSES = 1000
-"""The classes of arguments, of all requests, up to which components are made to see what they read: each is a part of
-the component that settles its request. The specs of teams for which it took seconds have 5 600 and 8 200, and no
-component of theirs reads few bits."""
+"""The argument cells of all requests up to which components are made to see what they read: each cell is a part of the
+component that settles its request. Specs of teams for which this took seconds have 5 600 and 8 200 cells, and none of
+their components reads few bits."""
 
 
 def suited(engines: Engines, analysis: "Analysis") -> Engines:
-    """Return the engines in the order in which they are asked about a loop."""
+    """Return the engines in the order in which they are asked: `bdd` first if the loop suits diagrams."""
     if not engines.adaptive or not _suits_diagrams(analysis):
         return engines
     return replace(engines, names=tuple(sorted(engines.names, key=lambda name: name != "bdd")))
@@ -83,20 +82,20 @@ def _suits_diagrams(analysis: "Analysis") -> bool:
 
 
 def _classes(loop: "ClosedLoop") -> int:
-    """Return how many kinds of asks there are."""
+    """Return the number of argument cells of all requests."""
     return sum(len(each.cells) for each in loop.arguments)
 
 
 def _is_local(loop: "ClosedLoop") -> bool:
-    """Return whether each component rests unless it is woken, and reads few bits; no diagram is made for that."""
+    """Return whether no component is spontaneous, and each reads at most `NARROW` bits; this makes no diagram."""
     bits = [(variable.size - 1).bit_length() for variable in loop.variables]
     return all(not each.always and sum(bits[var] for var in each.reads) <= NARROW for each in loop.body)
 
 
 class Batch(Protocol):
-    """An engine that is asked all claims at once, because to read the loop is most of its work.
+    """An engine that is asked all claims at once, because most of its work is shared by them.
 
-    As a `Judge` it raises nothing but for faults of exover's own, and may be halted or killed at any moment.
+    Like a `Judge`, it raises only for faults of exover, and may be halted or killed at any time.
     """
 
     @property
@@ -105,16 +104,16 @@ class Batch(Protocol):
         ...
 
     def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
-        """Say of each claim, by its index and as soon as it is known, what `Judge.judge` would return.
+        """Pass the index and the opinion of each claim, as `Judge.judge` returns it, to `say` as soon as it is known.
 
-        A claim of which nothing is said counts as given up.
+        A claim without an opinion counts as given up.
         """
         ...
 
 
 @dataclass(frozen=True)
 class InOrder:
-    """An engine that is asked one claim after the other."""
+    """A `Judge` as a `Batch`: it is asked one claim after the other."""
 
     judge: Judge
 
@@ -124,14 +123,14 @@ class InOrder:
         return self.judge.name
 
     def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
-        """Say of each claim what the engine says of it."""
+        """Pass the opinion of each claim to `say`, in order."""
         for number, claim in enumerate(claims):
             say(number, self.judge.judge(claim))
 
 
 @dataclass(frozen=True)
 class Whole:
-    """NuSMV, which reads the loop once for all claims and then says everything."""
+    """NuSMV, which reads the loop once for all claims and returns all opinions at its end."""
 
     engine: "NuSmv"
 
@@ -141,16 +140,16 @@ class Whole:
         return self.engine.name
 
     def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
-        """Say of each claim what the program says."""
+        """Pass the opinion of each claim to `say`, once the program has ended."""
         for number, opinion in enumerate(self.engine.judge_all(claims)):
             say(number, opinion)
 
 
 def at_once(name: EngineName, limited: bool) -> bool:
-    """Return whether an engine is asked all claims at once; `limited`: any answer may be cut off.
+    """Return whether an engine is asked all claims at once; `limited`: any answer may be cut off by a time limit.
 
-    Z3 is, for what it answers depends on what it was asked before, and that must be the same for any number of
-    processes. Where time decides anyway, it is better asked one claim after the other.
+    Z3 is, unless time is limited: its answers depend on what it was asked before, which must be the same for any number
+    of processes. With a time limit it is better asked one claim after the other.
     """
     match name:
         case "bdd":
@@ -189,7 +188,10 @@ def judge_of(
     properties: Properties,
     seconds: float | None = None,
 ) -> Judge:
-    """Return an engine for claims about a compiled model, which gives up after so many seconds (default: its own)."""
+    """Return an engine that is asked one claim at a time and gives up after so many seconds (default: its own limit).
+
+    Raises `ValueError` for `aig` and `bdd`.
+    """
     match name:
         case "z3":
             from exover.engines.smt.solver import forget

@@ -1,4 +1,4 @@
-"""The closed loop that is asked about, as far as an answer has needed it, and the runs that answers show."""
+"""The closed loop that is asked about, made as far as an answer needs it, and the confirmation of traces."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -18,41 +18,41 @@ from exover.ocrd.trace_replay import TraceReplay
 
 @dataclass
 class Examination:
-    """The closed loop of a compiled model; what one answer has cost, the next need not pay."""
+    """The closed loop of a compiled model; what is computed for one answer is kept for the next."""
 
     compiled: Compiled
     properties: Properties
     _context: Context | None = None
 
     def context(self, progress: Progress) -> Context:
-        """Return the loop as diagrams see it."""
+        """Return the loop as decision diagrams."""
         if self._context is None:
             analysis = Analysis(self.compiled, self._replay.reference, progress, self.properties)
             self._context = Context(self.compiled, analysis)
         return self._context
 
     def claim(self, check: Check, subject: str) -> Claim:
-        """Return what a check says of a subject."""
+        """Return the claim of a check about a subject."""
         return check.claim(self.compiled.model, self.properties, subject)
 
     def confirmed(self, check: Check, finding: Finding) -> Finding:
-        """Return a finding, its trace of plain numbers and confirmed on the tables."""
+        """Return the finding with its trace made of plain numbers, a lasso shortened, and confirmed on the tables."""
         trace, reference = finding.trace, self._replay.reference
         if trace:
             trace = self._plain.of(trace, reference)
             if trace.loop_start is not None:
                 claim = self.claim(check, finding.subject)
-                if finding.engine != "aig" or guesses(claim):  # else its own are as short
+                if finding.engine != "aig" or guesses(claim):  # otherwise `aig` has shortened it already
                     trace = shortened(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace)
 
     def state_bits(self, progress: Progress) -> int | None:
-        """Return the number of bits of the state; None if it is more than can be followed."""
+        """Return the number of bits of a state; None if diagrams cannot follow the loop."""
         return self.context(progress).analysis.state_bits
 
     def counted(self, progress: Progress) -> Counted:
-        """Return the number of reachable states."""
+        """Return the number of reachable states, or why it is not known."""
         from exover.engines.bdd.count import count_states
 
         progress("number of states")

@@ -1,4 +1,4 @@
-"""How long the checks may take, and in how many processes."""
+"""Limits of the checks: time, number of processes, memory of each."""
 
 import signal
 import sys
@@ -12,21 +12,21 @@ from exover.dataclass import dataclass
 from exover.raised import is_raised
 
 AGAIN = 0.05
-"""Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
+"""Seconds after which an alarm is repeated: an exception raised by one may be lost, in a finalizer for instance."""
 
 INTERRUPTED = "interrupted"
-"""Why a question has no answer once the user has pressed Ctrl-C."""
+"""The reason of questions without an answer after the user has pressed Ctrl-C."""
 
 
 class TimeUp(Exception):
-    """The time that a command has is over."""
+    """The time limit of a command is reached."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`.
+    """At most `jobs` worker processes; `seconds` in all, until `deadline` on the clock of `monotonic`.
 
-    `memory`: MiB that each process may take. Where `jobs` is 0 this process looks for answers itself, without limits.
+    `memory`: MiB that each worker may take. If `jobs` is 0, this process answers itself, without limits.
     """
 
     jobs: int = 0
@@ -36,17 +36,17 @@ class Limits:
 
     @property
     def reason(self) -> str:
-        """Why a question has no answer once the time is over; empty if it never is."""
+        """The reason of questions without an answer when the time is over; empty if time is not limited."""
         return "" if self.seconds is None else f"time limit of {self.seconds:g} s"
 
     @property
     def no_memory(self) -> str:
-        """Why a question has no answer whose process wanted more memory; empty if that is not limited."""
+        """The reason of questions whose worker needed more memory; empty if memory is not limited."""
         return "" if self.memory is None else f"memory limit of {self.memory} MiB"
 
     @property
     def left(self) -> float:
-        """The seconds that are left, less than 0 if the time is over."""
+        """The seconds that are left, negative when the time is over."""
         return self.deadline - monotonic()
 
 
@@ -54,16 +54,16 @@ NO_LIMITS = Limits()
 
 
 def limits_from(started: float, jobs: int, seconds: float | None, memory: int | None = None) -> Limits:
-    """Return the limits of a command that began at this time of `monotonic`."""
+    """Return the limits of a command that `started` at this time on the clock of `monotonic`."""
     return Limits(jobs, seconds, float("inf") if seconds is None else started + seconds, memory)
 
 
 @contextmanager
 def interrupted(limits: Limits) -> Iterator[None]:
-    """Raise `TimeUp` out of the body when the time is over, as soon as the interpreter is between two instructions.
+    """Raise `TimeUp` in the body when the time is over, as soon as the interpreter is between two instructions.
 
-    So it does not end a long call of C code. Without signals for alarms (Windows) nothing is interrupted. What is only
-    half made then goes in silence.
+    So a long call of C code is not ended. Without alarm signals (Windows) nothing is interrupted. Exceptions of
+    finalizers are not reported once the time is over.
     """
     if limits.seconds is None or not hasattr(signal, "setitimer"):
         yield

@@ -1,4 +1,4 @@
-"""What engines say of a claim as findings, and what the answers of several are together."""
+"""Opinions of engines as findings, and the combination of the findings of several engines."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -10,11 +10,11 @@ from exover.loop.claim import CONTRADICTION, CONTRADICTORY, NO_FORMULA, Opinion
 from exover.model.trace import Disagreement
 
 OTHERS = "; "
-"""Between what one engine gives as its reason and what the next does."""
+"""The separator of the reasons of several engines."""
 
 
 def finding_of(opinion: Opinion, engine: str, check: Check, question: Question) -> Finding:
-    """Return what an engine says of a claim as the finding of the check that claims it."""
+    """Return the opinion of an engine as the finding of the check that makes the claim."""
     if opinion.verdict == "unknown":
         return question.unknown(opinion.message, engine)
     said = check.holds if opinion.verdict == "holds" else check.violated
@@ -23,7 +23,7 @@ def finding_of(opinion: Opinion, engine: str, check: Check, question: Question) 
 
 
 def first(answers: Sequence[Finding]) -> Finding:
-    """Return the first answer that is one, else that there is none with the reasons of all."""
+    """Return the first finding that is not `unknown`; if all are, `unknown` with the reasons of all engines."""
     for answer in answers:
         if answer.verdict != "unknown":
             return answer
@@ -31,7 +31,7 @@ def first(answers: Sequence[Finding]) -> Finding:
 
 
 def together(answers: Sequence[Finding]) -> Finding:
-    """Return the first answer that is one, with the names of all engines that give it, and why others give none."""
+    """Return the first finding that is not `unknown`, with all engines of its verdict, and why others have none."""
     chosen = first(answers)
     if chosen.verdict == "unknown":
         return chosen
@@ -40,17 +40,17 @@ def together(answers: Sequence[Finding]) -> Finding:
 
 
 def _reasons(chosen: Finding, answers: Iterable[Finding]) -> Iterator[str]:
-    """Yield why engines give no answer, those left out that could not be asked, or say what is said already."""
+    """Yield the reasons of `unknown` findings, except of engines that have no such formula, and repeated reasons."""
     for answer in answers:
         if answer.verdict == "unknown" and answer.message not in (NO_FORMULA, chosen.message):
             yield f"{answer.engine}: {answer.message}"
 
 
 def compare(answers: Iterable[Sequence[Finding]], assumed: bool) -> None:
-    """Raise `Disagreement` if one engine says `holds` and another `violated`.
+    """Raise `Disagreement` if for some row of findings one engine says `holds` and another `violated`.
 
     `assumed`: there are assumptions. Unless some engine has found that they do not contradict each other, only
-    properties are compared: any other claim is about nothing then.
+    properties are compared: any other claim may be about no run at all.
     """
     rows = list(answers)
     coherent = not assumed or any(_coherent(answer) for row in rows for answer in row)
@@ -66,14 +66,14 @@ def _contrary(row: Sequence[Finding]) -> bool:
 
 
 def _coherent(answer: Finding) -> bool:
-    """Return whether it is seen from an answer that the assumptions do not contradict each other."""
+    """Return whether a finding implies that the assumptions do not contradict each other."""
     if answer.check != "property" or answer.verdict == "unknown":
         return False
     return answer.verdict == "holds" or (answer.engine == "bdd" and answer.message not in (CONTRADICTION, UNFAIR))
 
 
 def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return the findings; if one has found that the assumptions contradict each other, all properties are violated."""
+    """Return the findings; if one says that the assumptions contradict each other, all properties become violated."""
     shown = [each for each in findings if (each.check, each.verdict) == ("property", "violated")]
     for found in shown:
         _, contradictory, how = found.message.partition(CONTRADICTORY)
@@ -89,7 +89,7 @@ def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def vacuous(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return the findings; of a property whose premise is never true it says so if it holds."""
+    """Return the findings, with the message `VACUOUS` for properties that hold and whose premise is never true."""
     never = {each.subject for each in findings if (each.check, each.verdict) == ("vacuity", "violated")}
     return tuple(
         replace(each, message=VACUOUS)

@@ -1,4 +1,4 @@
-"""The process that answers questions: it is asked through a channel, and says there what comes of it."""
+"""The worker process: it receives turns through a channel, and sends back answers, progress and failures."""
 
 import os
 import signal
@@ -18,23 +18,24 @@ from exover.engines.scratch import files_in
 from exover.loop.claim import Progress
 
 LOOK = 1.0
-"""Seconds after which an idle process looks whether its parent is still there."""
+"""Seconds between two looks of an idle worker whether its parent is still there."""
 
 T = TypeVar("T")
 Say = Callable[[int, T], None]
 Work = Callable[[Turn, Say[T], Progress], None]
-"""Answers the questions of a turn, says each answer as it falls, and tells what it is doing.
+"""Answers the questions of a turn, passes each answer to `Say` at once, and reports its progress.
 
-It may leave out what it would need more time for. The answer of a turn of one question is heard when the work returns.
+It may leave out questions for which it would need more time. Answers of a turn that is not `together` are sent when
+the work returns.
 """
 
 
 def serve(
     channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None, behind: bool, scratch: str
 ) -> None:
-    """Answer questions until the parent has no more, or is no more.
+    """Answer turns until the parent closes the channel or ends.
 
-    `behind`: as far as others leave processors; `scratch`: the folder of its temporary files.
+    `memory`: its limit in MiB; `behind`: run at a lower priority; `scratch`: the folder of its temporary files.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -64,15 +65,15 @@ def serve(
 
 
 def _keep(said: list[tuple[int, object]], number: int, answer: object) -> None:
-    """Note the answer of a turn of one question: it is sent with the word that the turn is done."""
+    """Keep the answer of a turn of one question: it is sent with the message that the turn is done."""
     said.append((number, answer))
 
 
 def _say_nothing() -> None:
-    """Let nothing out that a library prints in this process, in Python or in C: standard output is for the report.
+    """Discard what libraries print to standard output in this process, in Python or in C: it is for the report.
 
-    Nor does it go to standard error. Z3, for one, advises how to install it wherever there is not enough memory to load
-    it; whatever goes wrong is raised as well, and told.
+    It is not redirected to standard error either: Z3, for one, prints how to install it if there is not enough memory
+    to load it, and every failure is raised and reported as well.
     """
     if sys.__stdout__ is None:  # it was closed: its number may be that of the channel
         return
@@ -82,7 +83,7 @@ def _say_nothing() -> None:
 
 
 def _restrict(memory: int | None) -> None:
-    """Let this process, and those that it starts, take so many MiB, where the system can see to that."""
+    """Limit the address space of this process, and of those that it starts, to so many MiB (on Linux only)."""
     if memory is not None and sys.platform == "linux":
         import resource
 
@@ -93,10 +94,10 @@ def _restrict(memory: int | None) -> None:
 
 
 def is_memory(error: BaseException, limited: bool = False) -> bool:
-    """Return whether it says that there is no memory; Z3 has an exception of its own for that, with these words.
+    """Return whether an exception means that there is no memory; Z3 has an exception of its own with these words.
 
-    If it is `limited`, libraries may not even be loaded, Z3 fails in many ways, and where none is left anything may be
-    raised.
+    If memory is `limited`, failed imports, failures of the system and all exceptions of Z3 count as well, and any
+    exception if no MiB is left.
     """
     of_z3 = type(error).__name__ == "Z3Exception"
     if limited and (of_z3 or isinstance(error, ImportError | OSError) or not _is_some_left()):
@@ -105,7 +106,7 @@ def is_memory(error: BaseException, limited: bool = False) -> bool:
 
 
 def _is_some_left() -> bool:
-    """Return whether this process may take one MiB more."""
+    """Return whether this process can allocate one MiB more."""
     try:
         mmap(-1, 1 << 20).close()
     except (OSError, MemoryError):
@@ -115,11 +116,11 @@ def _is_some_left() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Report:
-    """A context that tells the parent of whatever is raised in it, and lets nothing pass."""
+    """A context that sends whatever is raised in it to the parent as a message, and raises nothing."""
 
     channel: "Connection[object, Any]"
     limited: bool
-    """Memory is."""
+    """Whether memory is limited."""
 
     def __enter__(self) -> None:
         """Begin."""

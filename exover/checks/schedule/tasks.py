@@ -1,4 +1,4 @@
-"""The questions about a loop as tasks, one engine and one task after the other."""
+"""The questions about a loop as numbered tasks: one for each engine and question, and the figures of the loop."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
@@ -18,19 +18,19 @@ from exover.loop.claim import Claim, Judge, Opinion, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 
 SHOWN = 0.05
-"""Seconds for which it is not told anew what is asked: many questions take less."""
+"""Seconds between two progress messages, at least: many questions take less."""
 MARGIN = 0.8
-"""The part of its time after which an engine gives up by itself, lest its process be halted."""
+"""The fraction of its slice after which an engine gives up by itself, before its process is halted."""
 
 TaskAnswer = Finding | int | Counted | None
 
 
 @dataclass
 class TaskRunner:
-    """The questions about a loop as tasks, and who answers them.
+    """The questions about a loop as tasks, and the engines that answer them.
 
-    The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
-    the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off;
+    With n questions and m engines, task e * n + q puts question q to engine e. Task m * n is the number of bits of a
+    state and, with `count`, task m * n + 1 the number of reachable states. `limited`: any answer may be cut off;
     `spare`: the first engine, if it is asked all at once, may have two processes.
     """
 
@@ -46,7 +46,7 @@ class TaskRunner:
     # ---- tasks ----
 
     def agenda(self, seconds: float | None) -> Agenda:
-        """Return the order in which the tasks are taken."""
+        """Return the agenda of the tasks; unless engines are compared, a task of the next engine is a stand-in."""
         count = len(self.questions)
         stages = 0 if self.engines.compared else len(self.engines.names) - 1
         lots = [lot for place, name in enumerate(self.engines.names) for lot in self._lots(name, place * count)]
@@ -55,7 +55,7 @@ class TaskRunner:
         return Agenda(lots, seconds, {task: task + count for task in range(count * stages)})
 
     def _lots(self, engine: EngineName, first: int) -> Iterator[Lot]:
-        """Yield what is put to an engine, its tasks numbered from `first`."""
+        """Yield the tasks of an engine, numbered from `first`: one lot if asked at once, else one for each check."""
         if at_once(engine, self.limited):
             yield Lot(range(first, first + len(self.questions)), together=True)
             return
@@ -67,7 +67,7 @@ class TaskRunner:
             yield Lot([first + number for number in numbers], rank)
 
     def task(self, turn: Turn, say: Say[TaskAnswer], progress: Progress) -> None:
-        """Say what is found out by the tasks of a turn."""
+        """Do the tasks of a turn, and pass each answer to `say`."""
         place, _ = self.place(turn.numbers[0])
         if place == len(self.engines.names):
             (number,) = turn.numbers
@@ -82,19 +82,22 @@ class TaskRunner:
             self._one(name, number, turn.seconds, say, progress)
 
     def place(self, number: int) -> tuple[int, int]:
-        """Return by a task which engine it is for, and the question; or how many engines there are, and the figure."""
+        """Return of a task the indices of its engine and question; of a figure the number of engines, and 0 or 1."""
         count, engines = len(self.questions), len(self.engines.names)
         return divmod(number, count) if number < count * engines else (engines, number - count * engines)
 
     def open(self, number: int, reason: str) -> Finding:
-        """Return the finding of a task that was not done."""
+        """Return the finding `unknown` of a task that has no answer, with the reason."""
         place, question = self.place(number)
         return self.questions[question][1].unknown(reason, self.engines.names[place])
 
     # ---- answers ----
 
     def _one(self, engine: EngineName, number: int, seconds: float, say: Say[TaskAnswer], progress: Progress) -> None:
-        """Say what an engine says of a question, unless it could say more in more time."""
+        """Pass the finding of one engine for one question to `say`, unless more time could give a better one.
+
+        That is so if the verdict is `unknown` and over half of the slice is used up.
+        """
         _, question = self.place(number)
         started = perf_counter()
         finding = (
@@ -105,7 +108,7 @@ class TaskRunner:
             say(number, finding)
 
     def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[TaskAnswer], progress: Progress) -> None:
-        """Say what an engine says that is asked all at once."""
+        """Pass the findings of an engine that is asked all at once to `say`."""
         progress(f"all that {engine} can answer")
         spare = self.spare and engine == self.engines.names[0]
         judge = batch_of(engine, self.engines, self.examination.compiled, self.examination.properties, spare)
@@ -121,7 +124,7 @@ class TaskRunner:
         judge.judge_all([self._claim(self.place(number)[1]) for number in numbers], answer)
 
     def _judged(self, engine: EngineName, number: int, seconds: float, progress: Progress) -> Finding:
-        """Return what an engine says that is made anew where there is more time than it was made for."""
+        """Return the finding of an engine for a question; it is made anew if the slice has more than doubled."""
         kept = self._judges.get(engine)
         if kept is None or kept[0] * 2 < seconds < inf:
             patience = None if seconds == inf else seconds * MARGIN
@@ -135,7 +138,7 @@ class TaskRunner:
         return self._timed(check, found, started)
 
     def _decided(self, number: int, progress: Progress) -> Finding:
-        """Return what decision diagrams say of a question; `unknown` if they cannot express it."""
+        """Return the finding of decision diagrams for a question; `unknown` if they cannot express it."""
         check, question = self.questions[number]
         started = self._begin(question, progress)
         try:
@@ -144,7 +147,7 @@ class TaskRunner:
             return self._timed(check, question.unknown(str(reason)), started)
 
     def _begin(self, question: Question, progress: Progress) -> float:
-        """Tell what is asked, unless something was told a moment ago, and return the time."""
+        """Report the question as progress, unless something was reported a moment ago, and return the time."""
         now = perf_counter()
         if now - self._told > SHOWN:
             self._told = now
@@ -152,7 +155,7 @@ class TaskRunner:
         return now
 
     def _timed(self, check: Check, finding: Finding, started: float) -> Finding:
-        """Return a finding, its trace confirmed, with the seconds that it took."""
+        """Return the finding with its trace confirmed, and the seconds since `started`."""
         return replace(self.examination.confirmed(check, finding), seconds=perf_counter() - started)
 
     def _claim(self, number: int) -> Claim:

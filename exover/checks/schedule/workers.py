@@ -1,10 +1,10 @@
-"""Work spread over processes that end when their time is over, whatever they are doing.
+"""Worker processes that answer the questions of an agenda, and are halted or killed when their time is over.
 
-A decision diagram is built in C code that no signal handler and no thread interrupts; a process can be halted and
-killed. A process answers one question after the other and keeps what it has learnt. If it takes too long while others
-wait, it is halted, and goes on where it was when its question is asked again; only if too many are halted, the first of
-them is ended. One that is asked many questions together keeps its place as long as there is another for those who
-wait. Processes are forked where the system can, so that nothing has to be sent to them.
+A decision diagram is built in C code that no signal handler and no thread interrupts, but a process can be halted and
+killed. A worker answers one question after the other and keeps what it has learnt. If it exceeds its time while other
+questions are ready, it is halted, and continued when its question is asked again; if more than `HALTED` are halted, the
+one that was halted first is ended. A worker that is asked many questions together is not halted as long as another
+worker is free for the other questions. Processes are forked where possible, so that no data need be sent to them.
 """
 
 import os
@@ -28,13 +28,13 @@ from exover.engines.scratch import Scratch
 from exover.loop.claim import Progress
 
 GRACE = 1.0
-"""Seconds that a process may take to end once it has closed its way to us."""
+"""Seconds that a worker may take to end once it has closed its channel."""
 HALTED = 4
-"""Processes that may be halted: each keeps its memory."""
+"""The greatest number of halted workers: each keeps its memory."""
 PULSE = 0.5
-"""Seconds after which the command shows that it is alive."""
+"""Seconds between two calls of `pulse`, at most."""
 GAVE_UP = "the engine gave up"
-"""Why a question has no answer whose process went on to others without one, before its time was over."""
+"""The reason if a worker ended its turn before the time was over, and left the question without an answer."""
 NO_MEMORY = "not enough memory"
 NO_TURN = Turn(())
 
@@ -42,28 +42,28 @@ T = TypeVar("T")
 
 
 class WorkerFault(RuntimeError):
-    """Something was raised in a process: a fault of exover's own; the message and the notes tell what and where."""
+    """An exception in a worker process: a fault of exover; the message says what it is, the note is its traceback."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A question without an answer, and why."""
+    """The reason why a question has no answer."""
 
     reason: str
 
 
 Take = Callable[[int, T | Lost], bool]
-"""Takes the answer to a question, or why there is none, and returns whether it was asked in vain."""
+"""Receives the answer to a question, or why there is none, and returns whether the question was asked in vain."""
 
 
 def nothing() -> None:
-    """Show nobody that the command is alive."""
+    """Do nothing: the default of `pulse`."""
 
 
 def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
-    """Have all questions of the agenda answered, one turn after the other, in this process and without limits.
+    """Answer all questions of the agenda in this process, one turn after the other and without limits.
 
-    What a library prints meanwhile is not let out: standard output is for the report.
+    Output of libraries is discarded meanwhile, since standard output is for the report.
     """
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
         _in_turn(work, agenda, progress, take)
@@ -96,9 +96,10 @@ def spread(
     take: Take[T],
     pulse: Callable[[], None] = nothing,
 ) -> None:
-    """Have the questions of the agenda answered within the limits; what is not `taken` then has no answer.
+    """Answer the questions of the agenda by worker processes within the limits, and pass each answer to `take`.
 
-    `pulse` is called now and then. When it returns or raises, no process is left. Raises `WorkerFault` if `work` raises
+    Questions that are still open when the time is over are not passed to `take`. `pulse` is called every `PULSE`
+    seconds or more often. When this returns or raises, no worker is left. Raises `WorkerFault` if `work` raises
     anything but that there is no memory.
     """
     with _Pool(work, agenda, limits, progress, take) as pool:
@@ -109,7 +110,7 @@ def spread(
 
 @dataclass(eq=False)
 class _Worker:
-    """A process, the way to it, its turn if it has one, and what of that is open."""
+    """A worker process and its channel, its turn (`NO_TURN` if idle), and the questions of the turn still open."""
 
     process: BaseProcess
     channel: "Connection[object, Any]"
@@ -117,28 +118,28 @@ class _Worker:
     left: set[int] = field(default_factory=set)
     since: float = 0.0
     until: float = 0.0
-    """When the next answer must be there."""
+    """The deadline of its next answer, on the clock of `monotonic`."""
     last: float = 0.0
-    """When all of its turn must be answered, unless it keeps its place."""
+    """The deadline of its whole turn, unless it keeps its place."""
 
     def begin(self, turn: Turn) -> None:
-        """Note what it is asked, or what it is asked again."""
+        """Record that it is asked the questions of a turn, for the first time or again."""
         self.turn, self.left, self.since = turn, set(turn.numbers), monotonic()
         self.last = self.since + turn.most
         self.extend()
 
     def extend(self) -> None:
-        """Give it the time for one more answer."""
+        """Move the deadline of the next answer to one slice from now."""
         self.until = monotonic() + self.turn.seconds
 
     def signal(self, number: int) -> None:
-        """Halt it or let it go on, where the system can."""
+        """Send it a signal: `SIGSTOP` halts it, `SIGCONT` continues it."""
         with suppress(ProcessLookupError):
             os.kill(self.process.pid or 0, number)
 
 
 class _Pool(Generic[T]):
-    """At most `limits.jobs` processes at work on an agenda; a context that they do not outlive."""
+    """At most `limits.jobs` workers that run, and some that are halted; a context at whose end all are killed."""
 
     def __init__(self, work: Work[T], agenda: Agenda, limits: Limits, progress: Progress, take: Take[T]) -> None:
         self._work, self._agenda, self._limits, self._progress = work, agenda, limits, progress
@@ -162,7 +163,7 @@ class _Pool(Generic[T]):
     # ---- who is asked ----
 
     def busy(self) -> bool:
-        """Give every idle process a turn, start those that are missing, and return whether any is at work."""
+        """Give idle workers a turn, start workers while there are turns and jobs left; return whether any works."""
         idle = [worker for worker in self._workers if not worker.turn.numbers]
         running = len(self._workers) - len(idle)
         while running < self._limits.jobs and (turn := self._agenda.next(self._limits.left)) is not None:
@@ -171,12 +172,12 @@ class _Pool(Generic[T]):
                 continue
             worker = idle.pop() if idle else self._start()
             worker.begin(turn)
-            with suppress(OSError):  # it has ended, which will be heard
+            with suppress(OSError):  # the worker has ended, which `listen` finds out
                 worker.channel.send(turn)
         return running > 0
 
     def _resumed(self, turn: Turn) -> bool:
-        """Let the process go on that was halted at these questions; return whether there is one."""
+        """Continue the worker that was halted at the questions of the turn; return whether there is one."""
         worker = next((worker for worker in self._halted if worker.left.issuperset(turn.numbers)), None)
         if worker is None:
             return False
@@ -187,7 +188,10 @@ class _Pool(Generic[T]):
         return True
 
     def _put_off(self, worker: _Worker) -> None:
-        """Halt a process whose time is over, or end it where that cannot be."""
+        """Put off the questions of a worker and halt it, or end it where the system cannot halt a process.
+
+        If too many are halted then, end the one halted first, if possible one whose turn is not asked together.
+        """
         self._agenda.late(worker.left)
         if not hasattr(signal, "SIGSTOP"):
             self._dismiss(worker)
@@ -199,15 +203,15 @@ class _Pool(Generic[T]):
             first = next((each for each in self._halted if not each.turn.together), self._halted[0])
             self._dismiss(first)
 
-    # ---- what they say ----
+    # ---- messages of workers ----
 
     def listen(self) -> None:
-        """Wait until a process says something, ends, or has used up its time; not for long."""
+        """Wait for messages, ends and deadlines of workers, at most `PULSE` seconds, and handle them."""
         first = min(self._until(worker) for worker in self._workers if worker.turn.numbers)
         seconds = max(min(first, self._limits.deadline) - monotonic(), 0)
         heard = wait([worker.channel for worker in self._workers], min(seconds, PULSE))
         for worker in list(self._workers):
-            if worker not in self._workers:  # another has just said all that it was asked
+            if worker not in self._workers:  # dismissed: another worker has just answered its questions
                 continue
             if worker.channel in heard:
                 self._hear(worker)
@@ -215,11 +219,14 @@ class _Pool(Generic[T]):
                 self._too_slow(worker)
 
     def _until(self, worker: _Worker) -> float:
-        """Return when a process is too slow: for one more answer, or for all where it keeps others from its place."""
+        """Return the deadline of a worker: of its next answer and, unless it keeps its place, of its whole turn."""
         return worker.until if self._keeps_place(worker) else min(worker.until, worker.last)
 
     def _too_slow(self, worker: _Worker) -> None:
-        """Let others try what a process is at, and put it off, unless nobody waits for its place or it keeps that."""
+        """Make the stand-ins of its questions ready; halt the worker if a question is ready and it keeps no place.
+
+        Otherwise extend its deadlines. A worker that has answered everything and does not end its turn is dismissed.
+        """
         self._agenda.call(worker.left)
         if not worker.left:  # it has said all that was asked, and does not come to an end
             self._dismiss(worker)
@@ -230,7 +237,7 @@ class _Pool(Generic[T]):
             worker.extend()
 
     def _keeps_place(self, worker: _Worker) -> bool:
-        """Return whether others wait for other places: it is asked questions together, and not all processes are."""
+        """Return whether a worker is not halted for others: asked together, and not all `jobs` workers are."""
         return worker.turn.together and sum(each.turn.together for each in self._workers) < self._limits.jobs
 
     def _hear(self, worker: _Worker) -> None:
@@ -258,24 +265,25 @@ class _Pool(Generic[T]):
                 fault.add_note(where)
                 raise fault
             case _:
-                worker.process.join(GRACE)  # its end is heard before its status is there
+                worker.process.join(GRACE)  # the channel closes before the exit status is known
                 status = worker.process.exitcode
                 self._dismiss(worker)
                 self._note_end(worker, ended(status, self._limits.no_memory))
 
     def _take(self, number: int, answer: T | Lost) -> None:
-        if number in self._agenda.over:  # another was quicker
+        if number in self._agenda.over:  # another worker was quicker
             return
         over = self._agenda.answered(number, self._give(number, answer))
         for worker in [worker for worker in self._workers + self._halted if not worker.left.isdisjoint(over)]:
             worker.left.difference_update(over)
-            if not worker.left:  # another has the answer
+            if not worker.left:  # all its questions are answered by others
                 self._dismiss(worker)
 
     def _finish(self, worker: _Worker) -> None:
-        """Note that a process is done with its turn: one question has no answer yet if that has used up its time.
+        """Record that a worker has ended its turn, which may leave questions open.
 
-        Else what is not answered is given up.
+        Put them off if time is limited, they were not asked together, and the turn took over half of its slice; else
+        give them up (`GAVE_UP`).
         """
         limited = self._limits.seconds is not None and not worker.turn.together
         if limited and monotonic() - worker.since > worker.turn.seconds / 2:
@@ -285,7 +293,10 @@ class _Pool(Generic[T]):
         worker.turn, worker.left = NO_TURN, set()
 
     def _note_end(self, worker: _Worker, reason: str) -> None:
-        """Note that a process has ended: if it had come to answer anything, what it was at is lost, else all."""
+        """Record that a worker has ended: if it had answered something, only its first open question is lost, else all.
+
+        The other open questions are asked again.
+        """
         if len(worker.left) < len(worker.turn.numbers):
             self._agenda.again(sorted(worker.left)[1:])
             worker.left = set(sorted(worker.left)[:1])
@@ -299,7 +310,7 @@ class _Pool(Generic[T]):
     # ---- processes ----
 
     def _start(self) -> _Worker:
-        """Return a new process; one beside an engine that is asked all at once, and may start more, comes after it."""
+        """Start a worker and return it; it is niced if another one is asked questions together."""
         ours, theirs = Pipe()
         behind = any(worker.turn.together for worker in self._workers)
         asked = (theirs, os.getpid(), self._work, self._limits.memory, behind, self._scratch.folder)
@@ -308,7 +319,7 @@ class _Pool(Generic[T]):
         with uninterrupted(signal.SIGINT):
             process.start()
             self._workers.append(worker)
-        theirs.close()  # else its end would not be heard, by us or by processes that start later
+        theirs.close()  # else the channel would stay open after the worker has ended
         return worker
 
     def _dismiss(self, worker: _Worker) -> None:
@@ -323,14 +334,17 @@ def _end(worker: _Worker) -> None:
 
 
 def process_of(target: Callable[..., None], args: tuple[object, ...], daemon: bool) -> BaseProcess:
-    """Return a process that has not begun, forked where the system can; one that is a daemon starts no other."""
+    """Return a process that is not started yet, forked where possible, else spawned; a daemon starts none itself."""
     if "fork" in get_all_start_methods():
         return get_context("fork").Process(target=target, args=args, daemon=daemon)
     return get_context("spawn").Process(target=target, args=args, daemon=daemon)
 
 
 def ended(status: int | None, no_memory: str = "") -> str:
-    """Return why a process ended by itself; with a limit that is most likely it, for libraries abort then."""
+    """Return why a process ended by itself, given its exit status (negative: a signal).
+
+    With a memory limit, its reason `no_memory` comes first: libraries abort when they get no memory.
+    """
     if status is None or status >= 0:
         how = f"its process ended with status {status}"
     else:
