@@ -1,1 +1,1 @@
-"""The checks of the closed loop: what they ask, who answers when, and why what does not hold does not."""
+"""The checks of the closed loop: their questions, the schedule of the engines, and the causes of violations."""

@@ -1,4 +1,4 @@
-"""What a check found out, as a value."""
+"""Findings, the answers of checks, as values."""
 
 from datetime import date
 from typing import Literal
@@ -11,14 +11,14 @@ from exover.model.trace import Trace
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 FindingWord = Literal["ok", "violated", "warning", "note", "unknown"]
-"""What people are told of a finding: only what decides a verdict is violated."""
+"""The word for a finding in reports: only a violated check of severity `error` is called violated."""
 BaselineStanding = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """How many states are reachable, or why that is not known."""
+    """The number of reachable states, or the reason why it is not known."""
 
     number: int | None
     reason: str = ""
@@ -38,7 +38,7 @@ class Baselined:
 
 
 Excuse = Waived | Baselined
-"""Why a finding that does not hold does not count all the same."""
+"""Why a finding that does not hold does not count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +64,12 @@ class Finding:
 
     @property
     def word(self) -> FindingWord:
-        """What people are told of the finding."""
+        """The word for the finding in reports."""
         return word(self.severity, self.verdict)
 
 
 def word(severity: Severity, verdict: Verdict) -> FindingWord:
-    """Return what people are told of a finding of this severity with this verdict."""
+    """Return the word in reports for a finding of this severity with this verdict."""
     if verdict == "violated":
         return "violated" if severity == "error" else severity
     return "ok" if verdict == "holds" else verdict

@@ -1,8 +1,8 @@
-"""Lassos from which no step can be dropped, nor two related ones, tried on the reference interpreter.
+"""Shortening of lassos: drop single steps and pairs of related steps, each try checked on the reference interpreter.
 
-Diagrams and solvers close a loop by the way that suits them. What is left of a lasso shows the same if the claim is
-false of it too: what a formula says of a run that repeats itself is known from its moments. Where nothing need
-happen any more, nothing does: a poster is observed to read what it reads already.
+Lassos of diagrams and solvers have needless steps. A shorter lasso shows the violation as well if the claim is false
+of it, which the moments of a lasso decide. Where no event is needed any more, the lasso ends in an observation of a
+poster that reads the same already.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -28,17 +28,17 @@ from exover.model.state import State
 from exover.model.trace import Trace, end_of, run
 
 LONGEST, PAIRED = 64, 12
-"""Of lassos of up to so many steps single ones are tried to be dropped; any two, and any to take another's place."""
+"""The lengths up to which single steps are dropped, and up to which pairs are dropped and steps are moved."""
 OBSERVED = 2
-"""So many posters are tried to be observed where nothing need happen."""
+"""The number of posters that are tried as the observation in which a lasso ends."""
 _Lasso = Lasso[Event]
 
 
 def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Properties) -> Trace:
-    """Return a lasso made of steps of the given one of which a claim is false too, as far as it is one run that shows
-    it; else the given run.
+    """Return a shorter lasso of steps of the given one on which the claim is false too; the given run if there is none.
 
-    The last step may be an observation of what is read already, again and again.
+    That is also so if no single run can show that the claim is false. The loop may become one observation of a poster
+    that reads the same already.
     """
     start, formula = trace.loop_start, claim.formula
     if start is None or formula is None or len(trace.moments) > LONGEST:
@@ -55,15 +55,15 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
 
 
 def guesses(claim: Claim) -> bool:
-    """Return whether a monitor of lassos of which a claim is false has to guess what comes: they do not all end in a
-    state in which one condition stays true.
+    """Return whether a monitor of lassos that violate a claim is nondeterministic: they need not end in states in which
+    one condition stays true.
     """
     path = None if claim.formula is None or claim.linear else path_of(claim.formula, positive=False)
     return path is None or lingering_of(path.formula) is None
 
 
 def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
-    """Return a lasso that rests where it can, without single steps, then without several at a time, and rearranged."""
+    """Return the lasso after four reductions: a resting loop, single steps, related steps together, moved steps."""
     lasso = next(filter(shows, _resting(shows.reference, lasso)), lasso)
     lasso = _shorter(lasso, shows, lambda given: (given.without({n}) for n in reversed(range(given.length))))
     lasso = _shorter(lasso, shows, lambda given: map(given.without, related(given, _subject, PAIRED)))
@@ -71,12 +71,12 @@ def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
 
 
 def _subject(event: Event) -> str:
-    """Return of which request or poster an event speaks."""
+    """Return the request or poster that an event is about."""
     return event.name if isinstance(event, Observe) else event.request
 
 
 def _shorter(lasso: _Lasso, shows: "_Shows", tried: Callable[[_Lasso], Iterable[_Lasso]]) -> _Lasso:
-    """Return a lasso of which none that is tried shows as much."""
+    """Replace the lasso by the first tried one that shows the violation, until there is none; return the last."""
     found: _Lasso | None = lasso
     while found is not None:
         lasso = found
@@ -85,7 +85,7 @@ def _shorter(lasso: _Lasso, shows: "_Shows", tried: Callable[[_Lasso], Iterable[
 
 
 def _rearranged(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
-    """Yield shorter lassos of the same steps, without those that are impossible there, as reports of what is idle."""
+    """Yield shorter lassos of the same steps moved, without those that are impossible then (reports of idle slots)."""
 
     @cache
     def after(events: tuple[Event, ...]) -> tuple[State, bool]:
@@ -102,7 +102,7 @@ def _rearranged(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
 
 
 def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
-    """Return the lasso; if its loop is one observation of a poster, of what that reads by then."""
+    """Return the lasso; if its loop is one observation, let it observe what the poster reads before the loop."""
     match lasso.loop:
         case (Observe(name, value, False),):
             read = end_of(reference, lasso.stem).readings.get(name, value)
@@ -112,7 +112,7 @@ def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
 
 
 def _resting(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
-    """Yield lassos that are not longer and follow the given one up to where a poster is observed, for ever."""
+    """Yield lassos that consist of a prefix of the given one and a loop that observes what a poster reads already."""
     events = lasso.steps
     if len(lasso.loop) == 1 and isinstance(lasso.loop[0], Observe):
         events = lasso.stem
@@ -137,7 +137,7 @@ def _is_of_one_run(formula: Formula, positive: bool) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Shows:
-    """Whether a lasso is a run that the assumptions leave, fair if it is to be, and a formula is true of it."""
+    """The predicate of lassos: allowed by the assumptions, fair if `fair`, and a formula is true at the start."""
 
     reference: Reference
     formula: Formula
@@ -145,7 +145,7 @@ class _Shows:
     properties: Properties
 
     def __call__(self, lasso: _Lasso) -> bool:
-        """Return whether it is known to be so."""
+        """Return whether the lasso is known to satisfy the predicate."""
         word = moments_of(self.reference, lasso.stem, lasso.loop)
         if word is None or (self.fair and not word.is_fair()):
             return False

@@ -28,10 +28,10 @@ from exover.ocrd.compile import Compiled
 
 @dataclass(frozen=True, slots=True)
 class CheckOutcome:
-    """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
+    """The findings in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
 
     `state_bits`: None if it is not known. `states`: the number of reachable states, if it was asked for.
-    `interrupted`: the user did not wait for the end. `settled`: what is to be kept of it.
+    `interrupted`: the user has pressed Ctrl-C. `settled`: the answers to be stored.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -43,14 +43,14 @@ class CheckOutcome:
 
     @property
     def recalled(self) -> frozenset[tuple[str, str]]:
-        """The findings that were known before, by check and subject."""
+        """The findings that were read from the store, as pairs of check and subject."""
         known = self.settled.answers.recalled.values() if self.settled else ()
         return frozenset((finding.check, finding.subject) for finding in known)
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """What was asked, as it was answered before other findings are looked at, and where that can be kept."""
+    """The questions, their findings before other findings are taken into account, and the store for them."""
 
     answers: KnownAnswers
     asked: tuple[tuple[Check, Question], ...]
@@ -58,28 +58,28 @@ class Settled:
     state_bits: int | None
 
     def keep(self, replayed: bool) -> None:
-        """Keep it; `replayed`: runs that break something were answered by the emitted C, too."""
+        """Store the findings; `replayed`: traces of violations were replayed on the emitted C as well."""
         self.answers.keep(self.asked, self.findings, self.state_bits, replayed)
 
 
 class Audience(Protocol):
-    """Who is told of findings as they fall."""
+    """Receives findings as soon as they are known."""
 
     def asks(self, questions: Counter[Severity]) -> None:
-        """So many questions are asked now."""
+        """Receive the number of questions by severity, before they are asked."""
         ...
 
     def finds(self, finding: Finding) -> None:
-        """One of them is answered, or will not be."""
+        """Receive the finding of one question, perhaps `unknown`."""
         ...
 
     def waits(self) -> None:
-        """We are still at work."""
+        """Receive a sign, every now and then, that the checks still run."""
         ...
 
 
 class Nobody:
-    """An audience that does not listen."""
+    """An audience that ignores everything."""
 
     def asks(self, questions: Counter[Severity]) -> None:
         """Hear nothing."""
@@ -105,14 +105,14 @@ def check_all(
     audience: Audience = NOBODY,
     store: AnswerStore = NO_STORE,
 ) -> CheckOutcome:
-    """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
+    """Return the findings of all checks of a model and its tables, which should be decoded from the emitted bytes.
 
-    Only runs that `properties` assumes are looked at. Only the checks that are `asked` are, by their names (default:
-    all). Traces are runs of the reference interpreter, confirmed on the tables. `progress` is told what is looked at,
-    and the audience what is found. Without a time limit the answers are the same for any number of jobs. What has none
-    within the limits, or when the user interrupts, is unknown. With `count`, reachable states are counted. What the
-    store knows is not asked; what it does not know is left to be kept. Engines that are compared are asked everything.
-    Raises `Disagreement` if these contradict each other.
+    Only runs that satisfy the assumptions of `properties` count. `asked`: the names of the checks (default: all).
+    Traces are runs of the reference interpreter, confirmed on the tables. `progress` receives the current question, the
+    audience each finding. Without a time limit, the answers are the same for any number of jobs. Questions that are
+    open when the limits are reached or the user interrupts are `unknown`. With `count`, reachable states are counted.
+    Answers in the store are not asked for again, unless engines are compared; the outcome says what is to be stored.
+    Raises `Disagreement` if engines that are compared contradict each other.
     """
     put = tuple(questions(compiled.model, asked, properties))
     stored = StoredLoop(compiled, properties, engines, NO_STORE if engines.compared else store)
@@ -142,7 +142,7 @@ def check_all(
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
-    """Have the questions answered within the limits, and return whether the user let us."""
+    """Answer the questions within the limits; return False iff the user has interrupted."""
     runner, audience = sheet.runner, sheet.audience
     agenda = runner.agenda(limits.seconds)
     asked = Counter(question.severity for _, question in runner.questions)
@@ -164,8 +164,8 @@ def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
 def questions(model: Model, asked: Collection[str] | None, properties: Properties) -> Iterator[tuple[Check, Question]]:
     """Yield the questions of the checks of these names (None: of all) in the order of docs/checks.md.
 
-    Whether assumptions contradict each other is asked in any case: if they do, all else is about nothing. A name of no
-    check is a ValueError.
+    Whether the assumptions contradict each other is asked in any case: if they do, all other answers are about no run.
+    Raises `ValueError` if a name is that of no check.
     """
     if asked is not None and (others := set(asked) - {check.name for check in CHECKS}):
         raise ValueError(f"there is no check {', '.join(sorted(others))}")
@@ -184,7 +184,7 @@ def unanswered(
     engines: Engines,
     count: bool,
 ) -> CheckOutcome:
-    """Return what is known of a model of which no question could be asked."""
+    """Return an outcome in which every question is `unknown` for this reason."""
     put = questions(model, asked, properties)
     findings = tuple(question.unknown(reason, engines.names[0]) for _, question in put)
     states = Counted(None, reason) if count else None
@@ -193,7 +193,7 @@ def unanswered(
 
 @dataclass
 class _Sheet:
-    """The answers so far, by task, and who is told of them; those that were `known` before are not asked."""
+    """The answers so far, by task, and their audience; `known`: findings from the store, which are not asked."""
 
     runner: TaskRunner
     audience: Audience
@@ -202,7 +202,7 @@ class _Sheet:
     answers: dict[int, TaskAnswer | Lost] = field(default_factory=dict)
 
     def take(self, number: int, answer: TaskAnswer | Lost) -> bool:
-        """Note the answer of a task, and return whether it was done in vain."""
+        """Record the answer of a task; return whether it is `unknown`. Tell the audience if its question is decided."""
         self.answers[number] = answer
         place, question = self.runner.place(number)
         if place == len(self.runner.engines.names):
@@ -214,11 +214,14 @@ class _Sheet:
         return said.verdict == "unknown"
 
     def answer(self, row: Sequence[Finding]) -> Finding:
-        """Return what engines that are compared say together, else the first answer that is one."""
+        """Return the finding of a question, given those of the engines: joined if they are compared, else the first."""
         return together(row) if self.runner.engines.compared else first(row)
 
     def row(self, question: int, reason: str) -> Sequence[Finding]:
-        """Return what each engine says of a question; if none has an answer, and one was not asked, for this reason."""
+        """Return the findings of the engines for a question; one that was not asked is `unknown` for this reason.
+
+        Unless engines are compared, those not asked are left out if another has a verdict.
+        """
         found = self._row(question)
         known = [each for each in found if each is not None]
         if not self.runner.engines.compared and any(each.verdict != "unknown" for each in known):
@@ -237,7 +240,7 @@ class _Sheet:
         return bits if isinstance(bits, int) else None
 
     def states(self, reason: str) -> Counted | None:
-        """Return how many states are reachable, or why that is not known; None if it was not asked for."""
+        """Return the number of reachable states or why it is not known; None if it was not asked for."""
         if not self.runner.count:
             return None
         found = self.answers.get(self._figures + 1, Lost(reason))
@@ -251,7 +254,7 @@ class _Sheet:
 
     @property
     def _figures(self) -> int:
-        """The task of the first figure."""
+        """The number of the first task that is a figure of the loop."""
         return len(self.runner.questions) * len(self.runner.engines.names)
 
     def _tasks(self, question: int) -> range:

@@ -1,1 +1,1 @@
-"""Why something does not hold: what messages of findings add to what their checks say."""
+"""Causes of violations: what the messages of findings add to the texts of their checks."""

@@ -1,4 +1,4 @@
-"""What is added to findings whose run ends where a request waits or is refused: by which rule."""
+"""Details of findings whose run ends where a request waits or is refused: the rules that hold it up."""
 
 from itertools import islice, takewhile
 
@@ -10,34 +10,34 @@ from exover.model.model import Launch
 from exover.model.state import State
 
 LINKS = 4
-"""So many causes of causes are told."""
+"""The greatest number of links of a chain of causes in a message."""
 MENDED, LATER = "once all else is mended, ", "in a later state "
-"""How it is told that something is so only in a state that random runs come to from the end of the run."""
+"""Words for a cause that is found only in a state which random runs reach from the end of the run."""
 
 
 def of_obligation(broken: BrokenFinding) -> str:
-    """Return what refuses the launch at the end of its run."""
+    """Return the message of the finding, with the rule that refuses the required launch at the end of its run."""
     (launch,) = (each for each in broken.model.launches if each.name == broken.finding.subject)
     return "; ".join([broken.finding.message, *refused(broken, launch)])
 
 
 def refused(broken: BrokenFinding, launch: Launch) -> list[str]:
-    """Return what the last step of a run refused a required launch for, if it did."""
+    """Return the rule for which the last step of a run refused a required launch, as at most one part of a sentence."""
     state = broken.end
     found = broken.obstacles.refusal(state, launch) if state else None
     return [_link(broken, state, found)] if state and found else []
 
 
 def of_starvation(broken: BrokenFinding) -> str:
-    """Return by what the request waits at the end of its run."""
+    """Return the message of the finding, with what the request waits by at the end of its run."""
     state, name = broken.end, broken.finding.subject
     told = held_up(broken, state, name) if state is not None and state.places[name] else []
     return "; ".join([broken.finding.message, *told])
 
 
 def held_up(broken: BrokenFinding, state: State, name: str) -> list[str]:
-    """Return by what a request waits in a state, and launch rules that require again what holds it up; at the end of a
-    lasso also what else holds it up in the loop.
+    """Return, as parts of a sentence, what a request waits by in a state, and the launch rules that launch again the
+    request that holds it up; of a lasso also by what else it waits in the loop.
     """
     found = broken.obstacles.blocked(state, name)
     if found is None:
@@ -48,7 +48,7 @@ def held_up(broken: BrokenFinding, state: State, name: str) -> list[str]:
 
 
 def _elsewhere(broken: BrokenFinding, last: Blocked) -> list[str]:
-    """Return by what else a request waits in the loop of a lasso than at its end, as one part of a sentence."""
+    """Return, as at most one part of a sentence, the rules by which a request waits in the loop but not at its end."""
     others: dict[str, str] = {}
     for state in broken.loop:
         found = broken.obstacles.blocked(state, last.request.name)
@@ -60,7 +60,7 @@ def _elsewhere(broken: BrokenFinding, last: Blocked) -> list[str]:
 
 
 def of_deadlock(broken: BrokenFinding) -> str:
-    """Return by what the request waits at the end of its run, and what would mend that and cannot be either."""
+    """Return the message of the finding, with the chain of causes for which the request waits at the end of its run."""
     state, name = broken.end, broken.finding.subject
     first = None if state is None else broken.obstacles.blocked(state, name)
     if state is None or first is None:
@@ -69,7 +69,9 @@ def of_deadlock(broken: BrokenFinding) -> str:
 
 
 def of_lockout(broken: BrokenFinding) -> str:
-    """Return by what the request waits at the end of its run, or what refuses an ask of it whatever follows."""
+    """Return the message of the finding, with what the request waits by at the end of its run or, if it does not wait,
+    what keeps an ask of it from a launch whatever follows.
+    """
     state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
         return of_deadlock(broken)
@@ -82,13 +84,13 @@ def of_lockout(broken: BrokenFinding) -> str:
 
 
 def kept_from_launch(broken: BrokenFinding, state: State, name: str) -> list[str]:
-    """Return what keeps a request from a launch from a state on, as one part of a sentence, if something does."""
+    """Return the causes that keep a request from a launch from a state on, as at most one part of a sentence."""
     _, last = broken.obstacles.stays(state, name)
     return [] if last is None else [_chain(broken, state, name)]
 
 
 def _chain(broken: BrokenFinding, state: State, name: str) -> str:
-    """Return what keeps a request from a launch in a state, and what would mend that and cannot be either."""
+    """Return up to `LINKS` causes: what keeps a request from a launch, then what keeps its mending from happening."""
     links = islice(broken.obstacles.chain(state, name), LINKS)
     return "; ".join(_link(broken, there, each) for there, each in links)
 
@@ -108,7 +110,7 @@ def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launc
 
 
 def _so(broken: BrokenFinding, state: State, link: Blocked | Forbidden) -> str:
-    """Return how what is so in a state that random runs come to is told, if it is not so at the end of the run."""
+    """Return the words that introduce a cause found in `state`: none if it is also one at the end of the run."""
     if broken.end is None or state is broken.end or broken.obstacles.is_so(link, broken.end):
         return ""
     return MENDED if isinstance(link, Blocked) and broken.obstacles.is_alone(link, state) else LATER

@@ -1,8 +1,8 @@
-"""What keeps a request from a launch in a state, and what would have to come first and cannot.
+"""Causes that keep a request from a launch in a state, and causes of these causes.
 
-A rule that decides is one cause; that what would mend it cannot happen either is the next. Whether a change mends it is
-asked of the reference interpreter: it does if the rule no longer decides once the change is made (a counterfactual
-cause, Halpern, Pearl 2005).
+The first cause is the rule that decides. The next is what keeps those requests from a launch that would mend it. The
+reference interpreter tells whether a change mends it: it does iff the rule no longer decides after the change (a
+counterfactual cause, Halpern, Pearl 2005).
 """
 
 from collections import Counter, deque
@@ -25,14 +25,17 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 
 TRIED = 4
-"""So many arguments are tried of a request beside the least."""
+"""The number of random arguments of a request that are tried besides the least."""
 ENOUGH = 5
-"""So often a rule has to stand alone in the way to be believed to be what stays."""
+"""The number of states in which a rule is the only obstacle after which it is taken for the lasting one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blocked:
-    """A request that cannot start in a state with these arguments, and the reason; `waits`: it stands in its place."""
+    """A request that cannot start in a state with these arguments, and the reason.
+
+    `waits`: it is in its waiting place; `refused`: it is rejected, not made to wait.
+    """
 
     request: Request
     args: Args
@@ -52,7 +55,7 @@ class Forbidden:
 
 @dataclass
 class Obstacles:
-    """Finds what keeps requests from launches. Only steps are looked at after which the assumptions are true."""
+    """Finds what keeps requests from launches; random runs take only steps after which the assumptions are true."""
 
     reference: Reference
     without: WithoutRules
@@ -61,8 +64,9 @@ class Obstacles:
     _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
-        """Return what keeps a request from a launch, with what waits, or else its least arguments; None if nothing does
-        with some arguments that are tried.
+        """Return what keeps a request from a launch: with the waiting arguments if it waits, else with the least.
+
+        None if it would be launched, with some of the tried arguments if it does not wait.
         """
         request, place = self.reference.model.request[name], state.places[name]
         if place:
@@ -72,12 +76,12 @@ class Obstacles:
         return None if first is None or None in found else first
 
     def launchable(self, state: State, name: str) -> list[Args]:
-        """Return arguments that are tried with which nothing keeps a request that is asked from a launch."""
+        """Return those of the tried arguments with which an ask of the request would be launched."""
         request = self.reference.model.request[name]
         return [args for args in _tried(request) if self._decided(state, request, args, waits=False) is None]
 
     def refusal(self, state: State, launch: Launch) -> Blocked | None:
-        """Return what the last step refused a required launch for; None if it did not."""
+        """Return for what the last step refused a required launch; None if it did not."""
         model, rule = self.reference.model, state.refused.get(launch.name)
         if rule is None:
             return None
@@ -92,10 +96,10 @@ class Obstacles:
         return Blocked(request, args, decision.reason, waits, decision.verdict == "reject")
 
     def lasting(self, state: State, name: str) -> State | None:
-        """Return a state that random runs come to from one, where a rule stands alone in the way of a request, or none.
+        """Return a state on random runs from `state` in which at most one rule is in the way of a launch.
 
-        If some state has no rule in its way, it is the first such, else the first of the rule that stands alone most
-        often; None if there is neither, or it is late.
+        The first state without any; else the first of the rule that is most often the only obstacle; None if there is
+        neither, or if it `is_late`.
         """
         key = state.key(), name
         if key not in self._lasting and not self.is_late():
@@ -126,8 +130,8 @@ class Obstacles:
         return first[alone.most_common(1)[0][0]] if alone else None
 
     def forbidden(self, state: State, name: str) -> Forbidden | None:
-        """Return the assumption that forbids the ask of a request that nothing else keeps from a launch; None if there
-        are arguments with which none does.
+        """Return the assumption that forbids the ask of a request that would be launched; None if with some of the
+        tried arguments no assumption does, or if with none of them it would be launched.
         """
         forbids = [(args, self._asked(state, name, args).forbids) for args in self.launchable(state, name)]
         if not forbids or not all(broken for _, broken in forbids):
@@ -139,8 +143,8 @@ class Obstacles:
         return Tried(self.reference, self.assumptions, state, Ask(name, args))
 
     def stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
-        """Return what keeps a request from a launch whatever is mended, and a state in which it does: by what the
-        request waits, else the rule that stands alone in its way, or the assumption; None if there is nothing.
+        """Return the lasting obstacle of a launch, and a state in which it is one: what the request waits by, else the
+        rule that is the only obstacle (`lasting`), else the assumption; None if there is nothing.
         """
         now = self.blocked(state, name)
         if now is not None and now.waits:
@@ -150,8 +154,10 @@ class Obstacles:
         return (later, last) if last is not None else (state, now)
 
     def chain(self, state: State, name: str) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
-        """Yield what keeps a request from a launch, then of what would mend that what cannot start either, those that
-        wait first, and launch rules that require again what it is held up by; each with the state in which that is so.
+        """Yield the causes that keep a request from a launch, breadth first, each with a state in which it is one.
+
+        After a rule come the launch rules that launch again what holds the request up, and the requests that would mend
+        it but cannot start either, waiting ones first.
         """
         model = self.reference.model
         told, left = {name}, deque([(state, name)])
@@ -182,28 +188,28 @@ class Obstacles:
             left += [(there, each.request.name) for each in found]
 
     def is_mended(self, link: Blocked, state: State) -> bool:
-        """Return whether a request would not be blocked in a state for the reason for which it is."""
+        """Return whether in this state the decision on the request no longer has the reason of the link."""
         return self.reference.decide(state, link.request, link.args).reason != link.reason
 
     def is_so(self, link: Blocked | Forbidden, state: State) -> bool:
-        """Return whether in a state, too, a request is blocked for this reason, or its launch forbidden."""
+        """Return whether the link is one in this state as well: blocked for this reason, or its launch forbidden."""
         if isinstance(link, Blocked):
             return not self.is_mended(link, state)
         step = self._asked(state, link.request.name, link.args)
         return step.launches(link.request.name) and link.assumption in step.forbids
 
     def is_alone(self, link: Blocked, state: State) -> bool:
-        """Return whether an ask of the request would be launched, and is not forbidden, but for the rule alone."""
+        """Return whether the rule is the only obstacle: without it an ask would be launched and not be forbidden."""
         ask = Ask(link.request.name, link.args)
         launch = self.without.launch(self.assumptions, state, ask, link.reason.rule)
         return launch is not None and not launch.forbids
 
     def _is_let_go(self, launch: Launch, state: State) -> bool:
-        """Return whether a launch rule requires nothing in a state."""
+        """Return whether the condition of a launch rule is false in a state."""
         return not holds(self.reference.model, state, launch.condition)
 
     def _mends(self, state: State, each: Request, read: set[Read], is_mended: Callable[[State], bool]) -> bool:
-        """Return whether a request that starts or ends changes what is read so that something is mended."""
+        """Return whether the start or end of a request changes something that is `read` so that a cause is mended."""
         name = each.name
         if any(other.name == name and other.kind in ("active", "waiting", "past", "last") for other in read):
             return True
@@ -220,15 +226,16 @@ class Obstacles:
 
 
 def _tried(request: Request) -> Iterator[Args]:
-    """Yield the least arguments of a request, and some others."""
+    """Yield the least arguments of a request, then `TRIED` random ones."""
     random = Random(0)
     yield least_arguments(request)
     yield from (arguments(request, random) for _ in range(TRIED if request.params else 0))
 
 
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
-    """Return what the guard or the consumption of a reason reads, or the rule, but for requests that would be in the
-    way and are idle; of a resource who uses it. A busy request is active or waits itself.
+    """Return what the guard, rule or consumption of a reason reads, without idle requests that could hinder.
+
+    Of a resource, who uses it; if the reason is that the request is busy, whether it is active or waits.
     """
     read: dict[Read, None] = {}
     if reason == BUSY:
@@ -246,8 +253,8 @@ def reason_reads(model: Model, state: State, request: Request, reason: Reason) -
 
 
 def _hindering(model: Model, request: Request, reason: Reason) -> Iterator[str]:
-    """Yield the requests that may be in the way by being active: those that have to end for a guard or a rule to let a
-    request pass, and itself if it is busy.
+    """Yield the requests that may hinder by being active: those that have to end before a guard or rule lets the
+    request pass, and the request itself if it is busy.
     """
     if reason == BUSY:
         yield request.name

@@ -1,4 +1,4 @@
-"""A finding that is violated, with what its message can be made of, and words that several messages have."""
+"""A violated finding with the context of its message, and wordings that several messages share."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -16,23 +16,23 @@ from exover.model.state import State
 from exover.model.trace import end_of, visited
 
 SHADOWS = 3
-"""So many rules are named that decide before another."""
+"""The greatest number of rules that are named as deciding before another."""
 
 
 @dataclass(frozen=True)
 class BrokenFinding:
-    """A finding that is violated, with what its message can be made of."""
+    """A violated finding with the context of its message."""
 
     reference: Reference
     properties: Properties
     finding: Finding
     obstacles: Obstacles
     near: Shadows | None
-    """Looks for what decides first in steps near runs, if it is to be looked for."""
+    """Finds rules that decide first, in steps near runs; None if they are not to be looked for."""
     verdicts: Mapping[tuple[str, str], Verdict]
-    """Of all findings, by check and subject."""
+    """The verdicts of all findings, by check and subject."""
     unlaunched: frozenset[str]
-    """Requests that no run launches, as far as that is found."""
+    """Requests of which a finding says that no run launches them."""
 
     @property
     def model(self) -> Model:
@@ -47,7 +47,7 @@ class BrokenFinding:
 
     @cached_property
     def loop(self) -> Sequence[State]:
-        """The states after the moments that a lasso repeats; none of another run."""
+        """The states after the steps that a lasso repeats; none if the run is no lasso."""
         trace = self.finding.trace
         if trace is None or trace.loop_start is None:
             return ()
@@ -55,13 +55,13 @@ class BrokenFinding:
 
 
 def never_launched(broken: BrokenFinding, names: Iterable[str]) -> list[str]:
-    """Return of which requests it is known that no run launches them, as parts of a sentence."""
+    """Return for each of these requests that no run launches a part of a sentence that says so."""
     found = (name for name in dict.fromkeys(names) if name in broken.unlaunched)
     return [f"no run launches `{name}`: see reachability" for name in found]
 
 
 def forbid_text(assumptions: Sequence[Assumption]) -> str:
-    """Return that these assumptions forbid something; if there are none, that the assumptions do."""
+    """Return the words that these assumptions forbid something; if there are none, that "the assumptions" do."""
     match assumptions:
         case []:
             return "the assumptions forbid"
@@ -73,7 +73,7 @@ def forbid_text(assumptions: Sequence[Assumption]) -> str:
 
 
 def decide_text(rules: Sequence[str]) -> str:
-    """Return that these rules decide."""
+    """Return the words that these rules decide."""
     return f"{listed(rules)} decide{'s' * (len(rules) == 1)}"
 
 

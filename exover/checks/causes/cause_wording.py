@@ -1,4 +1,4 @@
-"""What keeps a request from a launch, and what there is in a state, in words."""
+"""Obstacles of launches, and the values of a state that matter for them, in words."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -13,7 +13,7 @@ from exover.model.state import State
 from exover.model.wording import named_text, value_text
 
 MOST = 6
-"""So many values are told of a moment."""
+"""The greatest number of values of one moment in a message."""
 
 
 def asked_text(request: Request, args: Args) -> str:
@@ -22,10 +22,10 @@ def asked_text(request: Request, args: Args) -> str:
 
 
 def reason_text(model: Model, state: State, link: Blocked, where: str = "there") -> str:
-    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active,
-    with the arguments that are read.
+    """Return the rule that blocks a request, its `because`, and the values in the state that explain it.
 
-    Of a consumable it is the level.
+    Of a guard these are all values that it reads, of a rule the active requests with the arguments that are read, of a
+    consumable its level.
     """
     request, reason = link.request, link.reason
     because = f" ({reason.because})" if reason.because else ""
@@ -42,7 +42,7 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
 
 
 def _wanted(model: Model, state: State, link: Blocked) -> int:
-    """Return how much a request wants of the resource that is in its way, if that is more than there can be; else 0."""
+    """Return how much the request wants of the resource that blocks it if that exceeds its capacity, else 0."""
     resource, request = model.resource.get(link.reason.rule), link.request
     if resource is None:
         return 0
@@ -51,7 +51,7 @@ def _wanted(model: Model, state: State, link: Blocked) -> int:
 
 
 def beyond_capacity(model: Model, request: Request) -> Iterator[str]:
-    """Yield of which resources a request wants more than there is, whatever its arguments."""
+    """Yield, in words, the resources of which a request wants more than the capacity, whatever its arguments."""
     for resource in model.resources:
         wants = _beyond(request, resource, lambda when: when is None)
         if wants:
@@ -59,15 +59,15 @@ def beyond_capacity(model: Model, request: Request) -> Iterator[str]:
 
 
 def _beyond(request: Request, resource: Resource, counts: Callable[[Cond | None], bool]) -> int:
-    """Return how much a request wants by the clauses that count, if that is more than there can be; else 0."""
+    """Return how much a request wants by the clauses that count if that exceeds the capacity, else 0."""
     clauses: Iterable[Share | Consumption] = (*request.shares, *request.consumptions)
     wants = sum(each.amount for each in clauses if each.resource == resource.name and counts(each.when))
     return wants if wants > resource.capacity else 0
 
 
 def arguments_read(conditions: Iterable[Cond]) -> dict[Read, list[str]]:
-    """Return what conditions read of slots, waiting places and pasts beside that they are taken: the arguments, by
-    name; none of them where it is only whether a slot is running or stopping.
+    """Return, for slots, waiting places and pasts of which conditions read more than whether they are taken, the names
+    of the arguments that they read; none if they read only whether a slot is running or stopping.
     """
     found: dict[Read, list[str]] = {}
     for each in (each for condition in conditions for each in atoms(condition)):
@@ -91,9 +91,9 @@ def read_there(
     where: str = "there",
     asked: Mapping[Read, Sequence[str]] = MappingProxyType({}),
 ) -> list[str]:
-    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything.
+    """Return `given` and the values of a state that are `read`, as at most one part of a sentence.
 
-    `asked`: the arguments that are told, too.
+    `asked`: maps reads to the arguments that are named with them.
     """
     told = list(given)
     for each in dict.fromkeys(read):
@@ -105,7 +105,7 @@ def read_there(
 
 
 def _taken(state: State, read: Read) -> list[tuple[str, Args]]:
-    """Return what stands in slots, the waiting place or the past of a request, with how that is called."""
+    """Return the arguments in the slots, the waiting place or the past of a request, each after its phase."""
     place, past = state.places[read.name], state.past[read.name]
     match read.kind:
         case "active":

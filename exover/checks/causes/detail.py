@@ -1,4 +1,4 @@
-"""What the run of a finding, the model and the properties add to what its check says of every subject."""
+"""Detailed messages: what the trace of a finding, the model and the properties add to the text of its check."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -30,17 +30,17 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 
 SEARCHED = ("rule-use", "reachability", "redundancy")
-"""Checks whose causes are looked for in steps near the runs of other findings."""
+"""Checks whose causes are searched in steps near the runs of other findings."""
 RUNLESS = ("consistency", "tables")
-"""Checks that are not about runs, whatever is assumed."""
+"""Checks that are not about runs, so that assumptions do not matter."""
 
 
 def detailed(
     model: Model, properties: Properties, findings: Sequence[Finding], is_late: Callable[[], bool] = lambda: False
 ) -> Iterator[Finding]:
-    """Yield the findings, those that are violated with all that is known of their causes in their messages.
+    """Yield the findings in order, with the causes of the violated ones in their messages.
 
-    Nothing is looked for by runs of the reference interpreter once `is_late`.
+    Once it `is_late`, causes are no longer searched by runs of the reference interpreter.
     """
     reference = Reference(model)
     without = WithoutRules(model)
@@ -68,7 +68,7 @@ def detailed(
 
 
 def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
-    """Yield, in words, which comparisons of properties and assumptions ranges decide, whatever happens."""
+    """Yield, in words, the comparisons in properties and assumptions that have one value because of ranges."""
     stated = [(f"property `{each.name}`", each.formula, each.location) for each in properties.properties]
     stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
     for what, formula, where in stated:
@@ -77,7 +77,7 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
 
 
 def _never_true(model: Model, formula: Formula) -> list[str]:
-    """Return, in words, which comparisons of a formula are false whatever happens."""
+    """Return, in words, the comparisons of a formula that are always false because of ranges."""
     return [str(each) for each in _decided(model, formula) if not each.truth]
 
 
@@ -96,7 +96,7 @@ def _completeness(broken: BrokenFinding) -> str:
 
 
 def _property(broken: BrokenFinding) -> str:
-    """Return what the form means, beside the text of the property, and what it reads in the last moment of a run."""
+    """Return how the property is broken, with its text, and the causes or values at the end of the run."""
     finding = broken.finding
     prop = named(broken.properties, finding.subject)
     how, message = how_broken(prop, finding.trace), finding.message
@@ -125,7 +125,7 @@ def _property(broken: BrokenFinding) -> str:
 
 
 def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:
-    """Return what keeps the one request from a launch that a formula wants to see launched, or active, if it is one."""
+    """Return what keeps a request from a launch, if the formula asks for the launch or activity of that one alone."""
     launched, said = requests_named(formula)
     wanted = list(dict.fromkeys([*launched, *(name for name in said if not state.active([name]))]))
     return never_launched(broken, wanted) + kept_from_launch(broken, state, wanted[0]) if len(wanted) == 1 else []

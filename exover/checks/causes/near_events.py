@@ -1,4 +1,4 @@
-"""Events near what the conditions of a model speak of, and states that runs come to by them."""
+"""Events with values near the constants of a model's conditions, and states that random runs of them reach."""
 
 from collections.abc import Iterator, Sequence
 from random import Random
@@ -13,12 +13,12 @@ from exover.model.state import SlotId, State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
 WALKS, STEPS = 12, 10
-"""So many random runs go on from a state, so many steps each."""
+"""The number of random runs from a state, and their steps."""
 
 
 def observations(model: Model) -> Iterator[Observe]:
-    """Yield observations of the posters that conditions of a model read, of values beside their constants, and of full
-    consumables.
+    """Yield observations of the posters that conditions of a model compare, with values around their constants, and of
+    each consumable at its capacity.
     """
     conditions = [rule.condition for rule in model.rules]
     conditions += [guard.condition for request in model.requests for guard in request.guards]
@@ -43,7 +43,7 @@ def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:
 
 
 def _beside(kind: Type, value: Value) -> tuple[Value, ...]:
-    """Return values below, at and above a constant, as far as there are some; of an enum all."""
+    """Return values of a type below, at and above a constant, some perhaps out of range; all of a bool or an enum."""
     match kind, value:
         case Bool(), _:
             return False, True
@@ -58,7 +58,7 @@ def _beside(kind: Type, value: Value) -> tuple[Value, ...]:
 
 
 def arguments(request: Request, random: Random) -> tuple[Value, ...]:
-    """Return any arguments of a request."""
+    """Return random arguments of a request."""
     return tuple(_any(parameter.type, random) for parameter in request.params)
 
 
@@ -83,10 +83,10 @@ def _any(kind: Type, random: Random) -> Value:
 def onward(
     reference: Reference, state: State, assumptions: Sequence[Assumption] = (), often: Sequence[Request] = ()
 ) -> Iterator[State]:
-    """Yield the state and others that random runs come to from there, by reports, observations and asks.
+    """Yield the state, then the states of random runs from it, by reports, observations and asks.
 
-    Only steps are taken after which the assumptions are seen to be true. `often`: of these half of the asks and of the
-    reports are.
+    Only steps are taken after which the assumptions are known to be true. `often`: requests that are preferred in half
+    of the steps.
     """
     model, random = reference.model, Random(0)
     seen = list(observations(model))
@@ -115,7 +115,7 @@ def _event(model: Model, state: State, seen: Sequence[Observe], often: Sequence[
 
 
 def reports(model: Model, state: State, random: Random) -> Iterator[Report]:
-    """Yield a report of every active slot with every outcome."""
+    """Return an iterator of reports: one for each active slot and outcome, with random results."""
     active = state.active(each.name for each in model.requests)
     return (_report(model, slot, outcome, random) for slot in active for outcome in ENDINGS)
 

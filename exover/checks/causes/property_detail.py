@@ -1,4 +1,4 @@
-"""What a property says, in the words of its form, and what of it a run breaks when."""
+"""How a run breaks a property, in the words of the property's form, and at which step."""
 
 from collections.abc import Iterator
 
@@ -26,11 +26,11 @@ from exover.model.trace import Answers, Trace, visited
 from exover.model.wording import condition_text
 
 LONG = 60
-"""A condition of more characters is not written out where it is told how a property is violated."""
+"""The greatest length of a condition, in characters, that is written out in such a message."""
 
 
 def how_broken(prop: Property, trace: Trace | None) -> str:
-    """Return what it means that a property is violated, as a run shows it."""
+    """Return, in words, how a run breaks a property."""
     match prop.form, prop.formula:
         case "until", Conjunction((Negation(SomeUntil(_, Conjunction(neither))), _)) if trace:
             first, second = (each.part for each in neither if isinstance(each, Negation))
@@ -49,13 +49,15 @@ def how_broken(prop: Property, trace: Trace | None) -> str:
 
 
 def _phrase(formula: Formula, otherwise: str) -> str:
-    """Return a condition as it is written, or what it is called otherwise if that is long."""
+    """Return a condition as it is written, or `otherwise` if that has more than `LONG` characters."""
     text = condition_text(formula)
     return f"`{text}`" if len(text) <= LONG else otherwise
 
 
 def false_first(reference: Reference, formula: Formula, trace: Trace | None) -> list[str]:
-    """Return, as one part of a sentence, when in a lasso that is first false of which a formula says `G`."""
+    """Return, as at most one part of a sentence, the step of a lasso after which the operand of the outermost `G` is
+    first false.
+    """
     match formula:
         case Negation(Until(left, wrong)) if left == TRUE and trace is not None and trace.loop_start is not None:
             moments = moments_of(reference, trace.events[: trace.loop_start], trace.events[trace.loop_start :])
@@ -68,7 +70,7 @@ def false_first(reference: Reference, formula: Formula, trace: Trace | None) -> 
 
 
 def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]:
-    """Return, as one part of a sentence, from which step of a lasso on the conclusion is owed, if actions tell."""
+    """Return, as at most one part of a sentence, the step from which on the conclusion is owed, if actions tell."""
     premise = prop.premise
     missed = next((each.part for each in subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
     if trace is None or premise is None or missed is None:
@@ -86,12 +88,12 @@ def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]
 
 
 def requests_named(formula: Formula) -> tuple[list[str], list[str]]:
-    """Return which requests a formula names: to see them launched, and to see in which state they are."""
+    """Return the requests of a formula's atoms: those that must be launched, and those whose status is read."""
     happened = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
     said = [each for condition in conditions(formula) for each in condition_atoms(condition)]
     return happened, [each.request for each in said if isinstance(each, Status)]
 
 
 def conditions(formula: Formula) -> Iterator[Cond]:
-    """Yield the conditions that a formula asks of states."""
+    """Return an iterator of the conditions on states in a formula."""
     return (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))

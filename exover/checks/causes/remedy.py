@@ -1,4 +1,4 @@
-"""What a rule lacks that a step breaks and no remedy restores: the kill that would have restored it."""
+"""Advice for a rule that a step breaks and no remedy restores: the kill that would have restored it."""
 
 from exover.model.model import Kill, Model, Rule
 from exover.model.reads import rule_reads, users
@@ -8,7 +8,7 @@ from exover.model.wording import remedy_text
 
 
 def advice(reference: Reference, state: State, name: str) -> str:
-    """Return what would restore the rule in a state in which it is broken."""
+    """Return, in words, the remedies that would restore the rule in a state in which it is broken."""
     remedies = _rules(reference.model, name)[0].remedies
     known = {request for remedy in remedies if isinstance(remedy, Kill) for request in remedy.requests}
     requests = _killable(reference.model, name)

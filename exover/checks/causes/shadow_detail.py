@@ -1,4 +1,4 @@
-"""What is added to findings that no step shows: which rules decide instead, and what is so whatever happens."""
+"""Details of findings that no step does something: rules that decide instead, conditions that never change."""
 
 from collections.abc import Collection, Iterator
 
@@ -15,12 +15,12 @@ from exover.model.reads import reads
 
 
 def of_rule_use(broken: BrokenFinding) -> str:
-    """Return why no answer names it, beside what engines add to what the check says."""
+    """Return why no answer names the subject, with what engines add to the text of the check."""
     return f"{_unnamed(broken)}{broken.finding.message.removeprefix(UNNAMED)}"
 
 
 def _unnamed(broken: BrokenFinding) -> str:
-    """Return why a rule never acts, if ranges tell, or what decides first; or that it decides without a word."""
+    """Return why a rule never acts: ranges, assumptions or rules that decide first; or that it decides silently."""
     model, name = broken.model, broken.finding.subject
     stands = standing(model, broken.verdicts, name)
     shadowing = broken.near.of(name) if broken.near else Shadowing()
@@ -43,7 +43,7 @@ def _unnamed(broken: BrokenFinding) -> str:
 
 
 def _taken_out(broken: BrokenFinding) -> str:
-    """Return what it changes to take out a rule that decides without a word."""
+    """Return what it would change to take out a rule that decides silently."""
     match broken.verdicts.get(("redundancy", broken.finding.subject)):
         case "violated":
             return ADVICE
@@ -54,7 +54,7 @@ def _taken_out(broken: BrokenFinding) -> str:
 
 
 def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parameter, ...]]]:
-    """Yield the conditions of guards, rules and launch rules of a name, each with the parameters that it may read."""
+    """Yield the conditions of the guards, rules and launch rules of a name, each with the parameters it may read."""
     for request in model.requests:
         yield from ((guard.condition, request.params) for guard in request.guards if guard.name == name)
     for rule in (each for each in model.rules if each.name == name):
@@ -63,14 +63,14 @@ def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parame
 
 
 def _settled_by(broken: BrokenFinding, rule: str) -> Iterator[str]:
-    """Yield requests that no run launches and that settle what the condition of a rule, guard or launch rule is."""
+    """Yield the active or past requests that a rule's condition reads, if those that no run launches fix its value."""
     for condition, _ in _conditions_of(broken.model, rule):
         if _is_settled(condition, broken.unlaunched):
             yield from (each.name for each in sorted(reads(condition)) if each.kind in ("active", "past"))
 
 
 def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
-    """Return whether a condition has one value only if some requests are never active and have no past."""
+    """Return whether a condition has a fixed value, given that some requests are never active and have no past."""
 
     def truth(part: Cond) -> bool | None:
         match part:
@@ -89,13 +89,13 @@ def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
 
 
 def of_redundancy(broken: BrokenFinding) -> str:
-    """Return which rules decide in its place."""
+    """Return the message of the finding, with the rules that decide in the place of the redundant one."""
     rules = broken.near.instead_of(broken.finding.subject) if broken.near else ()
     return "; ".join([broken.finding.message, *([f"in its place {decide_text(rules)}"] if rules else [])])
 
 
 def of_reachability(broken: BrokenFinding) -> str:
-    """Return what keeps it from a launch."""
+    """Return the message of the finding, with what keeps the request from any launch."""
     shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
     request = broken.model.request[broken.finding.subject]
     found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]

@@ -1,12 +1,12 @@
-"""Which rules decide where a dead one would or in the place of a redundant one, and what keeps a request from any
-launch: shown by steps near runs.
+"""The rules that shadow a dead or redundant rule, and those that keep a request from any launch, found by steps near
+runs.
 
-That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
-decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
-not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
-is never launched, and is without one of the rules that keep it from a launch. If it would act only in steps that
-assumptions forbid, that is the cause, or is beside the rule. One of them is the cause if it forbids each of these
-steps, and of a dead rule if without it the rule is seen to act.
+Engines prove that a rule never acts. There are two causes: its condition is never met, or another rule always decides
+first. The second is found in steps near runs: the rule acts if it is the only one, does not act beside all others, and
+acts if one of them is taken out (a counterfactual cause, Halpern, Pearl 2005). The same is done for a request that is
+never launched, but is once a rule is taken out. If the rule acts only in steps that assumptions forbid, these are the
+cause, alone or together with the other rule. An assumption is the cause if it forbids each of these steps and, for a
+dead rule, if the rule acts in some step that would be allowed without it.
 """
 
 from collections import Counter
@@ -29,12 +29,12 @@ from exover.model.state import State
 from exover.model.trace import Answers, visited
 
 RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
-"""So many dead rules are looked into, from so many states, with so many asks of every request, until enough is seen."""
+"""Limits: dead rules that are examined, states, asks of each request in each state, and sightings that are enough."""
 
 
 @dataclass(frozen=True)
 class WithoutRules:
-    """Reference interpreters of a model without one of its rules, each made when it is first asked."""
+    """Reference interpreters of a model without one of its rules, each made when it is first needed."""
 
     model: Model
     _made: dict[str, Reference] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class WithoutRules:
         return self._made[rule]
 
     def launch(self, assumptions: Sequence[Assumption], state: State, ask: Ask, rule: str) -> "Tried | None":
-        """Return the step of an ask that would be launched but for the rule; None if it would not be."""
+        """Return the step of an ask without the rule if the request is launched then, else None."""
         other = self[rule]
         if other.decide(state, other.model.request[ask.request], ask.args).verdict != "launch":
             return None
@@ -55,19 +55,20 @@ class WithoutRules:
 
 @dataclass(frozen=True)
 class Shadows:
-    """Looks for what decides before dead rules. `states`: some that runs come to."""
+    """Finds the rules that decide before dead rules; `states`: some reachable states, from which steps are tried."""
 
     reference: Reference
     without: WithoutRules
     states: Sequence[State]
     assumptions: Sequence[Assumption]
     _observed: dict[tuple[int, Event], "Tried"] = field(default_factory=dict)
-    """Observations by the number of a state, each tried once for all that are looked into."""
+    """Steps by the number of a state and an observation: each is tried once for all rules."""
 
     def of(self, name: str) -> "Shadowing":
-        """Return which rules decide where a rule or guard would, the one that was seen most often first, `busy` among
-        them; if there are none, the assumptions that forbid what it decides; if it is not seen to, which rules would
-        decide where it would in steps that they forbid.
+        """Return the rules (or `busy`) that decide where a rule or guard would, the most frequent first.
+
+        If there are none, the assumptions that forbid the steps in which it acts; if it is not seen to act either, the
+        rules that decide in its place in steps that assumptions forbid.
         """
         alone = Reference(_cut(self.reference.model, name.__eq__))
         seen, beside, acts = Counter[str](), Counter[str](), list[Tried]()
@@ -93,7 +94,7 @@ class Shadows:
         return Shadowing(forbids=_alone_forbid(acts))
 
     def instead_of(self, name: str) -> tuple[str, ...]:
-        """Return which rules decide where a rule does once it is taken out, the one that does so most often first."""
+        """Return the rules that decide in the place of a rule once it is taken out, the most frequent first."""
         only, seen = _cut(self.reference.model, name.__eq__), Counter[str]()
         asked = in_question(only)
         for step in self._steps(only, [each for each in only.requests if asked[each.name]]):
@@ -106,9 +107,10 @@ class Shadows:
         return tuple(rule for rule, _ in seen.most_common())
 
     def before_launch(self, name: str) -> "Shadowing":
-        """Return which rules keep a request from a launch where it is asked or waits, the one that does so most often
-        first, and those of them that now and then stand alone in the way of a launch; if none does, the assumptions
-        that forbid every launch, beside the rules that stand alone in the way of one that is forbidden.
+        """Return the rules that keep a request from a launch where it is asked or waits, the most frequent first.
+
+        `alone`: those that are the only obstacle in some step. If there are none, `forbids`: the assumptions that
+        forbid every launch; then `alone` are rules without which a forbidden step would launch it.
         """
         model, seen, alone, beside = self.reference.model, Counter[str](), Counter[str](), Counter[str]()
         request, forbidden, forbidden_without = model.request[name], list[Tried](), list[Tried]()
@@ -138,7 +140,7 @@ class Shadows:
         return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), forbids)
 
     def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["Tried"]:
-        """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
+        """Yield steps from each state: observations of what the rules of `only` read, and asks after each of them."""
         random = Random(0)
         seen = list(observations(only))
         for number, state in enumerate(self.states):
@@ -154,7 +156,7 @@ class Shadows:
                 yield from self._asks(there, requests, random)
 
     def _further(self, requests: Sequence[Request]) -> Iterator["Tried"]:
-        """Yield asks of requests, and reports, where random runs come to, if these may tell assumptions apart."""
+        """Yield asks and reports in states of random runs, to tell two or more assumptions apart; else nothing."""
         random, seen = Random(0), set[object]()
         for state in onward(self.reference, self.reference.start(), self.assumptions) if self.assumptions[1:] else ():
             if state.key() not in seen:
@@ -171,7 +173,7 @@ class Shadows:
 
 @dataclass(frozen=True)
 class Tried:
-    """A step, which is taken when it is asked what comes of it."""
+    """A step, which is computed when its outcome is first needed."""
 
     reference: Reference
     assumptions: Sequence[Assumption]
@@ -189,7 +191,7 @@ class Tried:
 
     @property
     def actions(self) -> Answers:
-        """What it answers."""
+        """The actions of the step."""
         return self._outcome[1]
 
     def launches(self, name: str) -> bool:
@@ -198,7 +200,7 @@ class Tried:
 
     @cached_property
     def _assumed(self) -> tuple[tuple[Assumption, bool | None], ...]:
-        """The assumptions, with whether each is true after it, as far as actions tell."""
+        """The assumptions, each with whether it is true after the step; None if actions do not tell."""
         model = self.reference.model
         return tuple(
             (each, is_true(model, self.event, self.after, self.actions, each.formula)) for each in self.assumptions
@@ -211,24 +213,24 @@ class Tried:
 
     @property
     def is_settled(self) -> bool:
-        """Whether actions tell of every assumption whether it breaks it."""
+        """Whether actions tell of every assumption if the step breaks it."""
         return all(truth is not None for _, truth in self._assumed)
 
 
 @dataclass(frozen=True, slots=True)
 class Shadowing:
-    """Which rules decide first, and which of them stand alone in the way; what assumptions have to do with it."""
+    """The rules that decide first, those of them that are the only obstacle (`alone`), and assumptions involved."""
 
     rules: tuple[str, ...] = ()
     alone: tuple[str, ...] = ()
     forbids: tuple[Assumption, ...] | None = None
-    """Those that are known to forbid all steps in which it would happen; None if there are no such steps."""
+    """The assumptions that forbid all seen steps in which it would happen; None if no such step was seen."""
     unassumed: tuple[str, ...] = ()
     """Rules that would decide first in steps that assumptions forbid."""
 
 
 def _roomy(step: Tried) -> Tried:
-    """Return the step from where nothing waits of what is asked and a slot more is idle: it is not busy."""
+    """Return the step from the state with an empty waiting place and one more idle slot of the asked request."""
     state, event = step.state, step.event
     if not isinstance(event, Ask):
         return step
@@ -237,7 +239,7 @@ def _roomy(step: Tried) -> Tried:
 
 
 def _by_count(counted: Counter[str]) -> tuple[str, ...]:
-    """Return what was counted, what was counted most often first."""
+    """Return the counted names, the most frequent first."""
     return tuple(each for each, _ in counted.most_common())
 
 
@@ -247,7 +249,7 @@ def _forbid_each(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
 
 
 def _alone_forbid(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
-    """Return the assumptions that forbid each of some steps, if without them one of these is seen to be allowed."""
+    """Return the assumptions that forbid each of some steps, if one step is known to break no other; else none."""
     found = _forbid_each(steps)
     return found if any(step.is_settled and step.forbids == found for step in steps) else ()
 
@@ -255,7 +257,7 @@ def _alone_forbid(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
 def shadows(
     reference: Reference, without: WithoutRules, assumptions: Sequence[Assumption], findings: Iterable[Finding]
 ) -> Shadows:
-    """Return what looks where the runs of findings come by."""
+    """Return `Shadows` that try steps from about `STATES` states on the traces of the findings."""
     found: dict[object, State] = {}
     for finding in findings:
         for state in visited(reference, finding.trace.events if finding.trace else ()):
@@ -265,14 +267,14 @@ def shadows(
 
 
 def _rules(actions: Sequence[Action]) -> list[str]:
-    """Return the rules that actions name, one for each."""
+    """Return the rule that each action names, if it names one."""
     return [rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)]
 
 
 def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
-    """Return the model with those rules, guards, consumptions and launches alone whose names are to be kept.
+    """Return the model with only those rules, guards, consumptions and launches whose names satisfy `keep`.
 
-    A request that no rule of its own interrupts any more is refused while it is active, as others are.
+    A request whose rule to interrupt itself is cut is refused while it is active, as others are.
     """
     rules = tuple(rule for rule in model.rules if keep(rule.name))
     names = {rule.name for rule in rules}

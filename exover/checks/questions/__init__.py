@@ -46,7 +46,7 @@ SEVERITY: dict[str, Severity] = {check.name: check.severity for check in CHECKS}
 
 
 def claims(model: Model, properties: Properties) -> Iterator[Claim]:
-    """Yield what each check says of each subject, in the order of docs/checks.md."""
+    """Yield the claim of each check about each subject, in the order of docs/checks.md."""
     for check in CHECKS:
         for subject, _ in check.subjects(model, properties):
             yield check.claim(model, properties, subject)

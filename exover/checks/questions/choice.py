@@ -1,4 +1,4 @@
-"""Which checks are asked."""
+"""The selection of checks by name and severity."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -9,9 +9,9 @@ from exover.diagnostics import Severity, did_you_mean, quote
 
 @dataclass(frozen=True, slots=True)
 class CheckSelection:
-    """The checks named in `only`, or all if it is empty, but for those named in `skip`; with `errors_only`, of errors.
+    """The checks named in `only` (all if empty) without those named in `skip`; with `errors_only`, of severity `error`.
 
-    A severity names all checks of it.
+    The name of a severity stands for all checks of it.
     """
 
     only: tuple[str, ...] = ()
@@ -24,7 +24,7 @@ ERRORS = CheckSelection(errors_only=True)
 
 
 def asked(choice: CheckSelection, checks: Mapping[str, Severity]) -> tuple[str, ...]:
-    """Return the checks that are chosen of these, in their order."""
+    """Return the names of the chosen checks among these, in their order."""
     return tuple(name for name, severity in checks.items() if _chosen(choice, name, severity))
 
 
@@ -35,7 +35,7 @@ def _chosen(choice: CheckSelection, name: str, severity: Severity) -> bool:
 
 
 def unknown(names: Iterable[str], checks: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield the names that are of no check and of no severity, each with what may have been meant."""
+    """Yield for each name that is of no check and no severity a message and a hint."""
     known = (*checks, *SEVERITIES)
     for name in names:
         if name not in known:

@@ -17,7 +17,7 @@ INITIAL = "initial state"
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule: holds iff `IFF`.
 
-    A rule for each slot of a request speaks of active slots, and initially there are none.
+    Rules that stand for each slot of a request are skipped: they are about active slots, and initially there are none.
     """
     start = context.reference.start()
     named = context.rules[question.subject]

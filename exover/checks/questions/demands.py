@@ -7,14 +7,14 @@ from exover.model.model import Kill, KillSlot, Location, Model, Reject, Remedy, 
 from exover.model.property import Label
 
 Demands = dict[str, tuple[Label, Location]]
-"""By name the mark of the steps that a guard or remedy decides, and where it stands in the text."""
+"""Maps the name of a guard or remedy to the mark of the steps that it decides, and its location."""
 
 
 def demands(model: Model) -> Demands:
     """Return the guards and the remedies of rules, in the order of the text, then the remedies of consumables.
 
-    Those of the rule `drive` are called `drive.reject`, `drive.wait` and, for each request that it kills,
-    `drive.kill nd.goto`; the rules of one name share theirs.
+    The remedies of the rule `drive` are called `drive.reject`, `drive.wait` and, for each request that it kills,
+    `drive.kill nd.goto`; rules of the same name share their remedies.
     """
     found: list[tuple[int, str, Label, Location]] = []
     for request in model.requests:

@@ -15,8 +15,8 @@ VIOLATED = "no decision of any run is made by it: nothing calls for it, or anoth
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a guard or remedy: holds iff it decides in some reachable step.
 
-    A guard, a `wait` and a `reject` decide where their demand is the one that is taken, for a newcomer or for what
-    waits. A `kill r` decides where a slot of r is killed, or what waits there given up, for its rule.
+    A guard, a `wait` and a `reject` decide where their demand is the one that is taken, for a newcomer or a waiting
+    request. A `kill r` decides where a slot of r is killed, or a waiting r is given up, for its rule.
     """
     label, _ = context.demands[question.subject]
     if context.shows(label):

@@ -60,16 +60,16 @@ def named(properties: Properties, name: str) -> Property:
 
 
 def subjects(_: Model, properties: Properties) -> Subjects:
-    """Yield the properties; where there are none, the assumptions, which could contradict each other all the same."""
+    """Yield the properties; if there are none, the assumptions, which may contradict each other."""
     yield from ((each.name, each.location) for each in properties.properties)
     if not properties.properties:
         yield from coherence(_, properties)
 
 
 def coherence(_: Model, properties: Properties) -> Subjects:
-    """Yield the assumptions as one subject, if there are any: do they contradict each other?
+    """Yield the assumptions as one subject, if there are any; its question is whether they contradict each other.
 
-    Fair reports alone never do: whatever is active can be reported.
+    Fair reports alone contradict nothing, since every active slot can be reported.
     """
     places = [*(each.location for each in properties.assumptions), *([properties.fair_at] if properties.fair else [])]
     if places:
@@ -77,7 +77,7 @@ def coherence(_: Model, properties: Properties) -> Subjects:
 
 
 def _of_assumptions(properties: Properties, subject: str) -> bool:
-    """Return whether a subject is the assumptions; a property of that name asks of them as well."""
+    """Return whether a subject stands for the assumptions; a property of that name takes precedence."""
     return subject == ASSUMPTIONS and all(each.name != ASSUMPTIONS for each in properties.properties)
 
 

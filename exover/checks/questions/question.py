@@ -1,4 +1,4 @@
-"""What a check is, what it is given, and how it puts its answer."""
+"""Checks, the questions that they ask, and the context in which decision diagrams answer."""
 
 from collections.abc import Callable, Iterator
 from functools import cached_property, reduce
@@ -26,7 +26,7 @@ PREVENTED = "only a launch could break the rule, and every decision prevents it"
 RESTORED = "wherever the rule is broken, a step does not end before a remedy has restored it"
 
 Subjects = Iterator[tuple[str, Location]]
-"""What a check is asked about, by name, with where it stands in the text; in the order of the text."""
+"""The subjects of a check: names and locations, in the order of the text."""
 
 
 @dataclass(frozen=True)
@@ -73,23 +73,23 @@ class Context:
         return NearbyRuns(self.analysis.loop, self.reference, marks)
 
     def shows(self, mark: Label) -> bool:
-        """Return whether a short run near the rule or guard of a mark passes it, if all runs are assumed."""
+        """Return whether a short run near the rule or guard of a mark passes it; False if there are assumptions."""
         return not self.properties.assumptions and mark in self.nearby.shown(mark[1]).marks
 
     @cached_property
     def comparison(self) -> RuleContribution:
-        """What rules change."""
+        """The comparison of decisions with and without rules."""
         return RuleContribution(self.analysis, self.tables.by_states)
 
     @cached_property
     def tables(self) -> TableComparison:
-        """The tables beside the rules."""
+        """The comparison of the tables with the rules."""
         return TableComparison(self.analysis)
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question: the check, its severity, the subject, and where the subject stands in the text."""
+    """One question: the check, its severity, the subject, and the location of the subject."""
 
     check: str
     severity: Severity
@@ -99,7 +99,7 @@ class Question:
     def answer(
         self, verdict: Verdict, message: str, method: str = REACHABLE, trace: Trace | None = None, engine: str = "bdd"
     ) -> Finding:
-        """Return the finding."""
+        """Return the finding with this verdict."""
         return Finding(self.check, self.subject, self.severity, verdict, engine, method, message, self.location, trace)
 
     def holds(self, message: str, method: str = REACHABLE, trace: Trace | None = None) -> Finding:
@@ -117,10 +117,10 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas.
+    """A question that is asked of every subject; `decide` answers it by diagrams, `claim` states it as a formula.
 
-    `iff`: when a finding is `ok`, in words, as docs/checks.md and reports have it; of a check that looks for what it
-    warns of, when it is not. `holds` and `violated`: what that means, for engines that know no more than the formula.
+    `iff`: when a finding is `ok`, in words, as in docs/checks.md and reports; of a check named after what it warns of,
+    when it is not. `holds` and `violated`: the messages for engines that know only the formula.
     """
 
     name: str
@@ -134,13 +134,13 @@ class Check:
 
 
 def unreached(context: Context, question: Question, states: Set, holds: str, violated: str) -> Finding:
-    """Return that no step ends in one of these states, or a run to one."""
+    """Return that it holds if no step ends in one of these states, else that it is violated, with a run to one."""
     trace = context.analysis.run_into(states)
     return question.holds(holds) if trace is None else question.violated(violated, trace)
 
 
 def unbroken(context: Context, question: Question, broken: Callable[[Rule], Set], holds: str, violated: str) -> Finding:
-    """Return that no step ends with a rule of the subject broken, or a run to that; `broken`: in which states it is."""
+    """Return that it holds iff no step ends in a state that is `broken` for a rule of the subject; else a run to it."""
     named = context.rules[question.subject]
     if context.tables.prevents(named):
         return question.holds(PREVENTED, INDUCTION)

@@ -29,7 +29,7 @@ def _launches(actions: Answers, name: str) -> bool:
 
 
 def _at_once(context: Context, name: str) -> Trace | None:
-    """Return the run of one ask if it launches the request, and no assumption has to be asked whether it may."""
+    """Return a run of one ask that launches the request; None if there is none, or if there are assumptions."""
     if context.properties.assumptions:
         return None
     loop = context.analysis.loop

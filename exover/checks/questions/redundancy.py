@@ -13,9 +13,9 @@ VIOLATED = "the rule can be taken out: no decision of any run changes but for th
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a rule: holds iff without it something else is done at some moment of some reachable step.
+    """Answer for a rule: holds iff in some reachable step something else is done without it.
 
-    The reason that an answer names does not count: what is rejected for another rule is rejected all the same.
+    The rules that an answer names do not count: a request that is rejected for another rule is rejected as well.
     """
     named = context.rules[question.subject]
     events = None if context.properties.assumptions else context.nearby.shown(question.subject).contrast
@@ -28,7 +28,7 @@ def decide(context: Context, question: Question) -> Finding:
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
-    """Return that there is none: two loops are compared, and a formula is about one."""
+    """Return a claim without a formula: two loops are compared, and a formula is about one."""
     return Claim("redundancy", subject, None)
 
 

@@ -59,9 +59,9 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
 
 
 def standing(model: Model, verdicts: Mapping[tuple[str, str], Verdict], name: str) -> Standing:
-    """Return whether what no answer names is idle, or decides without a word; `open` if `idle-guard` does not tell.
+    """Return whether something that no answer names is idle or decides silently; `open` if `idle-guard` does not tell.
 
-    Only what waits, and goes on waiting, is decided without a word. `verdicts`: of findings by check and subject.
+    It decides silently iff all that it does is to keep waiting requests waiting. `verdicts`: by check and subject.
     """
     subjects = (subject for subject, (label, _) in demands(model).items() if label[1] == name)
     said = {verdicts.get(("idle-guard", subject)) for subject in subjects}

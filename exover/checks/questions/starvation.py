@@ -15,8 +15,8 @@ VIOLATED = "the request waits for ever, though every slot is reported again and 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff `IFF`.
 
-    It is violated iff on some run, on which every slot is again and again idle or being reported, one and the same
-    request stands in the waiting place for ever: never launched, superseded, rejected or given up.
+    It is violated iff there is a run on which every slot is infinitely often idle or reported, and on which one and the
+    same request stands in the waiting place for ever: never launched, superseded, rejected or given up.
     """
     analysis, name = context.analysis, question.subject
     if not analysis.loop.may_wait[analysis.loop.request_number[name]]:

@@ -18,8 +18,8 @@ VIOLATED = "the decoded tables do otherwise than the rules say"
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a kind of event: holds iff `IFF`.
 
-    For an ask that is the decision on it; for a report and an observation what they change; and for each the counting
-    of slots, the rules to restore, the launches to require and the latches to set afterwards.
+    Compared are, for an ask, the decision; for a report and an observation, their updates; and for each of them the
+    counts of slots, the rules to restore, the required launches and the latches to set afterwards.
     """
     kind, name = question.subject.split(" ", 1)
     for what in context.tables.different(kind, name):
@@ -33,7 +33,7 @@ def subjects(model: Model, _: Properties) -> Subjects:
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
-    """Return that there is none: it is said of the bytes, not of runs."""
+    """Return a claim without a formula: the check is about the bytes, not about runs."""
     return Claim("tables", subject, None)
 
 
