@@ -1,4 +1,4 @@
-"""The answers of the decision-diagram engine to the checks; each part is computed when it is first needed."""
+"""The decision-diagram engine, as the checks use it; each part is computed when it is first needed."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import field
@@ -30,7 +30,7 @@ from exover.ocrd.compile import DecodedTables
 
 @dataclass
 class Analysis:
-    """One closed loop under examination."""
+    """One closed loop, and the questions that checks ask about it."""
 
     compiled: DecodedTables
     reference: Reference
@@ -41,7 +41,7 @@ class Analysis:
 
     @property
     def loop(self) -> ClosedLoop:
-        """The closed loop of the decoded tables; raises `TooLarge` each time if it is more than can be followed."""
+        """The closed loop of the decoded tables; raises `TooLarge`, each time, if it is too large for diagrams."""
         if self._loop is None:
             try:
                 self._loop = ClosedLoop(
@@ -55,7 +55,7 @@ class Analysis:
 
     @property
     def state_bits(self) -> int | None:
-        """The number of bits of the loop's state; None if it is more than can be followed."""
+        """The number of bits of the loop's state; None if the loop is too large for diagrams."""
         try:
             return self.loop.bit_count
         except TooLarge:
@@ -63,7 +63,7 @@ class Analysis:
 
     @property
     def most_samples(self) -> int | None:
-        """The most samples of arguments that a request has, for which no loop is made; None as for `state_bits`."""
+        """The greatest number of argument samples of a request, found without a loop; None as for `state_bits`."""
         model, tables = self.compiled.model, self.compiled.tables
         try:
             found = all_arguments(model, tables, TestedBounds(tables), tracked_predicates(model, self.properties))
@@ -78,7 +78,7 @@ class Analysis:
 
     @property
     def stepper(self) -> Stepper:
-        """Steps on sets, those alone that the assumptions allow."""
+        """Images and preimages of the steps that the assumptions allow."""
         return self.sets.stepper
 
     @property
@@ -93,8 +93,8 @@ class Analysis:
 
     @property
     def coupling(self) -> int:
-        """How much components wake each other: the pairs of which one may wake the other, times one more than those
-        that may be unstable before anything is written in a step.
+        """How much components wake each other: the number of pairs (waking, woken) times (1 + the number of components
+        that may be unstable before anything is written in a step).
         """
         return self.stepper.waking.pairs * (1 + len(self.stepper.waking.always))
 
@@ -123,7 +123,7 @@ class Analysis:
         return WaitForAnalysis(self.stepper, self._home)
 
     def ends_waiting(self, request: str) -> bool:
-        """Return whether wait-for analysis tells that observations and reports can end every wait of the request."""
+        """Return whether wait-for analysis proves that observations and reports can end every wait of the request."""
         return self._waits.end(self.loop.request_number[request])
 
     def _walker(self) -> RunConcretizer:
@@ -141,7 +141,7 @@ class Analysis:
         return self._either(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
 
     def _either(self, rings: Callable[[BackwardReachability], list[Ring] | None]) -> list[Ring] | None:
-        """Return rings that show that there is a run, if there is one; the run need not be a shortest one."""
+        """Return rings of a run, by quiescent steps if possible, perhaps not a shortest one; None if there is none."""
         return self._search.shown(rings) or self._search.asked(rings)
 
     def reaches(self, states: Set) -> bool:
@@ -177,7 +177,7 @@ class Analysis:
         return None if rings is None else follow(self._walker(), rings, self.space.all, ends)
 
     def excluded(self, states: Set) -> bool:
-        """Return True only if no step ends in these states, since in each of them some component is unstable."""
+        """Return True only if no step ends in these states: in each of them some component is unstable."""
         return self.stepper.excluded(states)
 
     def always_possible(self, since: Set, goal: Set, mark: Label, allowed: Allowed) -> Trace | None:
@@ -187,7 +187,7 @@ class Analysis:
         """
 
         def unable(backwards: BackwardReachability, covered: Callable[[Set], bool]) -> Set:
-            """Return a superset of the states of `since` without such a path; none if they are seen to be covered."""
+            """Return a superset of the states of `since` without such a path."""
             events = self.loop.events
             passing = [number for number in backwards.passing(mark) if allowed(events[number])]
             first = goal | backwards.union(backwards.before(self.space.none, passing, mark))
@@ -210,13 +210,13 @@ class Analysis:
         return None if rings is None else follow(self._walker(), rings, self.space.all)
 
     def _covered(self, missing: Set) -> bool:
-        """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of
-        them in which nothing is active, since reports lead from every other to one of those.
+        """Return True only if no reachable state without a path is left: no state between steps is `missing`, or no
+        home state is, in which case reports and observations lead from every state to one with a path.
         """
         return self._home.lacks(missing) or self.stepper.excluded(missing)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
-        """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""
+        """Return the states in which `violation` is raised for one of the rules: F holds with stopping slots idle."""
         found = self.space.none
         for rule in rules:
             found |= self.meaning.rule(rule, once_stopped=True)
@@ -230,7 +230,7 @@ def _past(backwards: BackwardReachability, mark: Label) -> Ring:
 
 
 def is_abort(event: LoopEvent) -> bool:
-    """Return whether an event gives something up."""
+    """Return whether an event is an abort, of a slot or of a waiting request."""
     return isinstance(event.event, Abort | AbortWaiting)
 
 

@@ -1,7 +1,7 @@
-"""Questions asked backwards: from which states a set can be reached, and a shortest run from the initial one.
+"""Backward reachability: the states from which a set can be reached, and a shortest run from the initial state.
 
-Sets stay on the variables of what is asked for and of its neighbours: an event that changes nothing on which a set
-depends leads no other state into it. What is found is exact on the universe of `Stepper`, in which all runs stay.
+Only events that change a variable on which the set depends lead other states into it, so sets depend on few variables
+(a cone of influence). The result is exact on the universe of `Stepper`, which all runs stay in.
 """
 
 from collections.abc import Callable, Collection, Iterable
@@ -17,9 +17,9 @@ from exover.model.property import Label
 
 Allowed = Callable[[LoopEvent], bool]
 Way = tuple[int, Set]
-"""An event, and states from which it leads to where it should."""
+"""The number of an event, and states from which it leads into the goal."""
 FAR = 8
-"""The distance from the initial state, and the number of steps, beyond which no straight run is looked for."""
+"""The bound of `straight` search: variables that differ from the initial state, and rings."""
 
 
 class TooWide(Exception):
@@ -28,7 +28,7 @@ class TooWide(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Ring:
-    """The states at one distance from the goal, the number of rings before this one, and the first step from each."""
+    """The states at one distance from the goal, and the events that lead from them one ring inwards."""
 
     states: Set
     ways: tuple[Way, ...]
@@ -36,10 +36,10 @@ class Ring:
 
 @dataclass
 class BackwardReachability:
-    """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes.
+    """Preimages within a set of states that no step leaves; raises `TooWide` when a set has more than `limit` nodes.
 
-    `straight`: of the states from which a set can be reached, those alone are gone on from that are most like the
-    initial one. Then a run is found with small sets, if it is, and need not be a shortest one.
+    `straight`: a heuristic that keeps only those states of a ring which are most like the initial one. Sets stay small,
+    but a run may be missed, or not be a shortest one.
     """
 
     stepper: Stepper | QuiescentSteps
@@ -76,7 +76,7 @@ class BackwardReachability:
         return sorted({number for var in variables for number in self._by_variable.get(var, ())})
 
     def before(self, states: Set, events: Iterable[int], mark: Label | None = None) -> tuple[Way, ...]:
-        """Return by event the states from which it leads into `states`, or past `mark`; those with none left out."""
+        """Return, for each event, the states from which it leads into `states` or past `mark`; empty ones left out."""
         found = []
         for number in events:
             ways = self._cut(self.stepper.pre(states, number, mark))
@@ -91,7 +91,7 @@ class BackwardReachability:
         return states
 
     def rings(self, first: Ring) -> list[Ring] | None:
-        """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""
+        """Return the rings from `first` outwards to that of the initial state; None if no run to `first` is found."""
         space, rings = self.stepper.space, [Ring(self._nearest(first.states), first.ways)]
         seen = rings[0].states
         while space.initial & rings[-1].states == space.none:
@@ -105,7 +105,7 @@ class BackwardReachability:
         return rings
 
     def _nearest(self, states: Set) -> Set:
-        """Return `states`, or if `straight` those in which fewest variables, or one more, are not as initially."""
+        """Return `states`; if `straight`, those in which the fewest variables, or one more, differ from the start."""
         if not self.straight:
             return states
         distances = self._distances(self.stepper.space.support(states))
@@ -113,7 +113,7 @@ class BackwardReachability:
         return states & distances[min(next(near, FAR) + 1, FAR)]
 
     def _distances(self, variables: Iterable[int]) -> list[Set]:
-        """Return by number the states in which at most so many of the variables are not as initially."""
+        """Return for each k in 0 .. `FAR` the states in which at most k of the variables differ from the start."""
         space = self.stepper.space
         found = [space.all] * (FAR + 1)
         for var in sorted(variables, key=space.depth, reverse=True):
@@ -129,9 +129,9 @@ class BackwardReachability:
         return found
 
     def possible(self, goal: Set, allowed: Allowed, enough: Callable[[Set], bool]) -> Set:
-        """Return the states from which allowed events can lead into `goal`: the least fixpoint of EX.
+        """Return the states from which allowed events can lead into `goal`: the least Z with Z = goal or EX Z.
 
-        Events take turns (chaining); it ends as soon as `enough` says so of what was found.
+        Events take turns (chaining); the iteration stops as soon as `enough` is true of the set so far.
         """
         events, found = self.stepper.loop.events, goal
         while not enough(found):

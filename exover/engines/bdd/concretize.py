@@ -1,4 +1,4 @@
-"""Concrete runs that follow the loop, step by step; along rings of states found backwards, as few steps as possible."""
+"""Concretization: runs of the reference interpreter that follow runs of the loop, such as those along rings."""
 
 from collections.abc import Callable, Sequence
 
@@ -12,15 +12,15 @@ from exover.model.state import State
 from exover.model.trace import Answers, Trace, run
 
 Ends = Callable[[Answers], bool]
-"""Whether a step ends as it must, by its actions."""
+"""Whether the actions of a step are as required."""
 
 
 class SpuriousRun(Exception):
-    """The loop has a run that no concrete run follows."""
+    """The loop has a run that no concrete run was found to follow."""
 
 
 class RunConcretizer:
-    """A concrete run, so far: its events, the state it has come to, and that state as one of the loop's."""
+    """A concrete run so far: its events, its last state, and that state as a set of states of the loop (`held`)."""
 
     def __init__(self, stepper: Stepper, reference: Reference) -> None:
         self.stepper = stepper
@@ -30,7 +30,7 @@ class RunConcretizer:
         self.held: Set = stepper.space.initial
 
     def step(self, number: int, goal: Set, ends: Ends | None = None) -> bool:
-        """Take a step that event `number` stands for into `goal`, ending as it must; return whether there is one."""
+        """Take a concrete step of event `number` into `goal`, its actions as `ends` says; return whether one is found."""
         for concrete in concretes(self.stepper.loop, self.stepper.loop.events[number], self.state):
             after, actions = self.reference.step(self.state, concrete)
             held = self._held(number, after)
@@ -41,7 +41,7 @@ class RunConcretizer:
         return False
 
     def follow(self, number: int, goal: Set, ends: Ends | None = None) -> None:
-        """Take that step; raises `SpuriousRun` if there is none."""
+        """Take a step as `step` does; raises `SpuriousRun` if there is none."""
         if not self.step(number, goal, ends):
             raise SpuriousRun("no concrete run was found that follows the loop")
 
@@ -50,17 +50,17 @@ class RunConcretizer:
         return run(self.reference, tuple(self.events), loop_start)
 
     def _held(self, number: int, after: State) -> Set:
-        """Return the loop's state: it stands for `after`, and tells what the step by event `number` did."""
+        """Return the loop's states that stand for `after`, with what the step by event `number` did."""
         stepper = self.stepper
         stands = stepper.space.cube_of(abstract(stepper.loop, after))
         return stands & (stepper.post(self.held, number) if stepper.loop.observed else stepper.allowed)
 
 
 def follow(walker: RunConcretizer, rings: Sequence[Ring], last: Set, ends: Ends | None = None) -> Trace:
-    """Return the run that goes on inwards through the rings, of which the goal is the first.
+    """Return the run that goes inwards through the rings, of which the goal is the first.
 
-    If that has ways, a step along one of them, into `last` and as `ends` says, is the last. Raises `SpuriousRun` if no
-    concrete run does so.
+    If the goal has ways, the run ends with one more step along one of them, into `last` and with actions that satisfy
+    `ends`. Raises `SpuriousRun` if no concrete run is found.
     """
     for inner, ring in zip(reversed(rings[:-1]), reversed(rings[1:]), strict=True):
         _along(walker, ring.ways, inner.states, None)
@@ -70,7 +70,7 @@ def follow(walker: RunConcretizer, rings: Sequence[Ring], last: Set, ends: Ends 
 
 
 def _along(walker: RunConcretizer, ways: Sequence[Way], goal: Set, ends: Ends | None) -> None:
-    """Take a step along one of the ways that are open."""
+    """Take a step into `goal` along one of the ways whose states hold; raises `SpuriousRun` if there is none."""
     none = walker.stepper.space.none
     if not any(walker.held & states != none and walker.step(number, goal, ends) for number, states in ways):
         raise SpuriousRun("no concrete run was found that follows the loop")

@@ -1,4 +1,4 @@
-"""How many states are reachable, exactly."""
+"""The exact number of reachable states."""
 
 from collections.abc import Collection
 from heapq import heappop, heappush
@@ -10,14 +10,14 @@ from exover.engines.bdd.steps import Stepper
 
 
 def count_states(stepper: Stepper) -> int:
-    """Return the number of reachable states, as far as tables and properties tell them apart."""
+    """Return the number of reachable states of the loop: classes that tables and properties do not tell apart."""
     return prod(count(stepper.space, states, variables) for variables, states in reachable(stepper))
 
 
 def count(space: Space, states: Set, variables: Collection[int]) -> int:
-    """Return how many values these variables have together in a set in which each has one of its values.
+    """Return the number of value combinations of these variables in a set of states.
 
-    From the root to the leaves: in how many ways the bits that stand before a node can lead to it.
+    Counts, from the root down, the assignments to the bits above a node that lead to it.
     """
     states = space.on(states, variables)
     levels = sorted(space.bdd.level_of_var(name) for var in variables for name in space.bits[var])

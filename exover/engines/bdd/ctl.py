@@ -30,7 +30,7 @@ from exover.model.property import (
 
 @dataclass
 class Ctl:
-    """The states in which formulas are true; `way` finds how runs from the start come into given states, if they do."""
+    """The states in which formulas are true; `way`: the rings of the runs from the start into given states, or None."""
 
     meaning: StatePredicates[Set]
     fixpoints: Fixpoints
@@ -53,7 +53,7 @@ class Ctl:
                 return bool(space.initial & self.true(formula) != space.none)
 
     def comes_to(self, formula: Formula) -> bool:
-        """Return whether a formula is true in some moment of some fair run."""
+        """Return whether a formula is true in some moment of some fair run (EF over fair runs)."""
         states = self.true(formula)
         return self.way(states) is not None and self.way(states & self.fixpoints.fair) is not None
 

@@ -1,4 +1,4 @@
-"""The reachable states, those of independent parts of the loop apart."""
+"""The reachable states, computed separately for independent parts of the loop."""
 
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper, explore
@@ -6,15 +6,15 @@ from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.program import writes
 
 Part = tuple[frozenset[int], list[int]]
-"""Variables, and the numbers of the events that touch these and no others."""
+"""Variables, and the numbers of the events that touch no others."""
 
 
 def reachable(stepper: Stepper) -> list[tuple[frozenset[int], Set]]:
-    """Return the reachable states by parts: variables, with the set of their values; the states are all combinations.
+    """Return the reachable states as a product: for each part its variables and the set of their values.
 
-    What the last step did is no part of a state. Each part is explored while the others rest in the initial state. That
-    is right if nothing is assumed and in no reachable state of a part a step that begins in another does anything; else
-    the loop is explored as a whole.
+    `happened` variables are left out. Each part is explored while the others stay in the initial state. That is exact
+    if there are no assumptions and no component is unstable at the start of a step in a reachable state of a part; else
+    the loop is explored as a whole, as one part.
     """
     space, found = stepper.space, []
     lasting = frozenset(n for n, variable in enumerate(stepper.loop.variables) if variable.key[0] != "happened")
@@ -31,7 +31,7 @@ def reachable(stepper: Stepper) -> list[tuple[frozenset[int], Set]]:
 
 
 def parts(loop: ClosedLoop) -> list[Part]:
-    """Return the least parts such that every event and every component of a pass touches variables of one alone."""
+    """Return the finest partition such that every event and every component touches variables of one part only."""
     touched = [_touched(loop, number) for number in range(len(loop.events))]
     part_of = {var: {var} for group in touched for var in group}
     for group in (*touched, *(component.reads | component.writes for component in loop.body)):
@@ -46,7 +46,7 @@ def parts(loop: ClosedLoop) -> list[Part]:
 
 
 def _touched(loop: ClosedLoop, number: int) -> set[int]:
-    """Return the variables that an event reads or writes; what notes that it happened is no part of a state."""
+    """Return the variables that an event reads or writes, `happened` variables left out."""
     program = loop.events[number].program
     found = loop.reads(program) | set(writes(program))
     return {var for var in found if loop.variables[var].key[0] != "happened"}

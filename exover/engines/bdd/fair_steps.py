@@ -1,4 +1,4 @@
-"""What the temporal engine asks of the loop: a set of states that no step leaves, and steps backwards in it."""
+"""Transition systems of the temporal engine, preimages within a universe of states, and justice constraints."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -14,7 +14,7 @@ from exover.ocrd.memory import IDLE
 
 @dataclass(frozen=True)
 class Constraint:
-    """What a fair run does again and again: it is in one of `states`, or takes a step by one of `events`."""
+    """A justice condition: a fair run is infinitely often in `states`, or takes a step by one of `events`."""
 
     states: Set
     events: frozenset[int] = frozenset()
@@ -44,7 +44,7 @@ class TransitionSystem(Protocol):
 
 @dataclass(frozen=True)
 class LoopSteps:
-    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out."""
+    """The steps of the loop within the states of `backwards`, without those that pass the mark `avoid`."""
 
     backwards: BackwardReachability
     avoid: Label | None = None
@@ -74,7 +74,7 @@ class LoopSteps:
 
 
 def fair_reports(stepper: Stepper) -> list[Constraint]:
-    """Return the constraints that every slot is, again and again, idle or being reported."""
+    """Return the constraint of each slot: infinitely often it is idle or reported."""
     loop = stepper.loop
     reports: dict[tuple[str, int], set[int]] = {}
     for number, each in enumerate(loop.events):

@@ -1,8 +1,8 @@
-"""Operations on few bits of small sets, at a cost that does not grow with the number of bits that there are.
+"""Operations on few bits of small sets, at a cost that does not depend on the number of declared bits.
 
-CUDD fills an array of all bits for each substitution of several bits, each quantifier and each cube. In the loop of a
-thousand requests that is most of the work. It substitutes one bit without; all else follows from that by expansion
-(Shannon 1938).
+CUDD fills an array of all bits for each substitution of several bits, each quantifier and each cube, which is most of
+the work in a loop of a thousand requests. It substitutes a single bit without that; the other operations are reduced to
+it by expansion (Shannon 1938).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ FEW, SMALL = 5, 100
 
 @dataclass(frozen=True)
 class FewBits:
-    """A manager of BDDs, with operations on few bits of its own; all else the manager does."""
+    """A manager of BDDs with its own operations on few bits; everything else is delegated to `manager`."""
 
     manager: "BddManager"
     true: "Set"
@@ -30,11 +30,11 @@ class FewBits:
         self.manager.declare(*names)
 
     def var(self, name: str) -> "Set":
-        """Return where a bit is 1."""
+        """Return the states in which a bit is 1."""
         return self.manager.var(name)
 
     def cube(self, literals: Mapping[str, bool]) -> "Set":
-        """Return where bits have these values."""
+        """Return the states in which bits have these values."""
         if len(literals) > FEW:
             return self.manager.cube(literals)
         found = self.true
@@ -43,7 +43,7 @@ class FewBits:
         return found
 
     def exist(self, names: Iterable[str], states: "Set") -> "Set":
-        """Return the states, these bits forgotten."""
+        """Return the states with these bits existentially quantified."""
         chosen = tuple(names)
         if len(chosen) > FEW or len(states) > SMALL:
             return self.manager.exist(chosen, states)
@@ -52,7 +52,7 @@ class FewBits:
         return states
 
     def let(self, values: "Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set]", states: "Set") -> "Set":
-        """Return the states with bits replaced, all at once."""
+        """Return the states with bits replaced, simultaneously."""
         if len(values) > FEW:
             values = {name: values[name] for name in self.manager.support(states) & values.keys()}  # type: ignore[assignment]
         if len(states) > SMALL:
@@ -79,7 +79,7 @@ class FewBits:
         return self.manager.let({name: value}, states)
 
     def _composed(self, values: "Sequence[tuple[str, Set]]", states: "Set") -> "Set":
-        """Return the states with bits replaced by functions, each of the state before."""
+        """Return the states with bits replaced simultaneously by functions."""
         if not values or states in (self.true, self.false):
             return states
         (name, value), *rest = values
@@ -91,7 +91,7 @@ class FewBits:
         return self.manager.ite(value, self._composed(rest, high), self._composed(rest, low))
 
     def apply(self, operator: str, one: "Set", other: "Set") -> "Set":
-        """Return what an operator makes of two sets."""
+        """Return the result of a Boolean operator on two sets."""
         return self.manager.apply(operator, one, other)
 
     def ite(self, condition: "Set", one: "Set", other: "Set") -> "Set":
@@ -103,11 +103,11 @@ class FewBits:
         return self.manager.support(states)
 
     def level_of_var(self, name: str) -> int:
-        """Return how deep in the order a bit stands."""
+        """Return the level of a bit in the order."""
         return self.manager.level_of_var(name)
 
     def var_at_level(self, level: int) -> str:
-        """Return the bit that stands so deep in the order."""
+        """Return the bit at a level of the order."""
         return self.manager.var_at_level(level)
 
     def reorder(self) -> None:
@@ -119,5 +119,5 @@ class FewBits:
         return len(self.manager)
 
     def configure(self, *, reordering: bool) -> object:
-        """Say whether the order is sifted whenever the manager sees fit."""
+        """Switch dynamic reordering by the manager on or off."""
         return self.manager.configure(reordering=reordering)

@@ -13,7 +13,7 @@ from exover.engines.bdd.space import Set
 
 @dataclass
 class Fixpoints:
-    """Questions about the fair runs of `steps`: those that meet every one of the constraints again and again."""
+    """CTL operators over the fair runs of `steps`: those that meet each constraint infinitely often."""
 
     steps: TransitionSystem
     constraints: Sequence[Constraint] = ()
@@ -38,7 +38,7 @@ class Fixpoints:
 
     def _before(self, states: Set, missing: Set) -> Set:
         found, numbers = self.none, self.steps.touching(states)
-        if missing & states != self.none:  # by what changes nothing on which they depend a step stays within them
+        if missing & states != self.none:  # events that change nothing on which `states` depend stay within them
             numbers = [*sorted(set(self.steps.events) - set(numbers)), *numbers]
         for number in numbers:
             if missing == self.none:
@@ -49,9 +49,9 @@ class Fixpoints:
         return found
 
     def until(self, left: Set, right: Set) -> Set:
-        """Return the states with a run that stays in `left` until it comes into `right`: the least fixpoint.
+        """Return E [left U right]: the least fixpoint of preimages.
 
-        Events take turns, each with all states that it has not been tried on yet (chaining).
+        Events take turns, each applied to the states that it has not been applied to yet (chaining).
         """
         steps = self.steps
         found = right & steps.universe
@@ -70,10 +70,10 @@ class Fixpoints:
         return found
 
     def always(self, part: Set) -> Set:
-        """Return the states with a fair run that stays in `part`.
+        """Return the states with a fair run that stays in `part` (EG over fair runs).
 
-        They are the greatest Z within `part` such that from each of its states a run within Z comes to meet each
-        constraint by a step that stays in Z.
+        They are the greatest Z within `part` such that from each state of Z, for each constraint, a run within Z leads
+        to a step within Z that meets it.
         """
         found = part & self.steps.universe
         while True:
@@ -85,9 +85,9 @@ class Fixpoints:
                 return found
 
     def meets(self, constraint: Constraint, part: Set) -> Set:
-        """Return the states of `part` from which a run within it comes to meet a constraint by a step that stays in it.
+        """Return the states of `part` from which a run within it leads to a step within it that meets a constraint.
 
-        All of them, if it is seen at once that every run within `part` can do so, provided that it goes on.
+        Return all of `part` if it is easily seen that every infinite run within it can meet the constraint.
         """
         if part & ~constraint.states == self.none or self._is_met_aside(constraint, part):
             return part
@@ -98,8 +98,8 @@ class Fixpoints:
         return [constraint for constraint in self.constraints if part & ~constraint.states != self.none]
 
     def _is_met_aside(self, constraint: Constraint, part: Set) -> bool:
-        """Return whether it is seen that a run within `part` can meet the constraint by the way: where it does not
-        do so anyway, by an event that changes nothing on which `part` depends.
+        """Return whether in each state of `part` the constraint is met by its `states`, or by one of its events that
+        changes nothing on which `part` depends.
         """
         missing = part & ~constraint.states
         for number in sorted(constraint.events - set(self.steps.touching(part))):
@@ -114,9 +114,9 @@ class Fixpoints:
         return found
 
     def rings(self, left: Set, right: Set) -> Iterator[Set]:
-        """Yield the states by how many steps they need, within `left`, to come into `right`; none first.
+        """Yield the states at distance 0, 1, 2, … from `right` by steps within `left`, until a ring is empty.
 
-        The last ring is empty.
+        The last ring yielded is the empty one.
         """
         found = seen = right & self.steps.universe
         yield found

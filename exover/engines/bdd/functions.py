@@ -1,8 +1,7 @@
-"""What a program does, as functions: each bit that it may change, after it, in terms of the bits before it.
+"""Programs as vectors of Boolean functions: each bit that a program may change, as a function of the bits before it.
 
-All operations but `Choose` are deterministic, so a step is a vector of Boolean functions, and a preimage one
-substitution (Coudert, Berthet, Madre 1989); a choice is an input. Only bits that change have a function, and those stay
-on the few bits that decide them.
+All operations but `Choose` are deterministic, so a preimage is one substitution (Coudert, Berthet, Madre 1989); a
+choice is an input. Only bits that change have a function, which depends only on the bits that decide it.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,7 +17,8 @@ from exover.ocrd.tables import Node, Tables
 
 @dataclass(frozen=True)
 class Function:
-    """A program: where it can be run, the bits after it, from where it passes a mark, the inputs that it chooses."""
+    """A program: the states in which it is enabled, the bits after it, the states from which it passes each mark, and
+    the inputs of its choices."""
 
     enabled: Set
     bits: Mapping[str, Set]
@@ -34,9 +34,9 @@ class Functions:
         self._made: dict[int, Function] = {}
 
     def of(self, program: Program, family: str) -> Function:
-        """Return the function of a program of the loop, which lives as long as that; its inputs are of this family.
+        """Return the function of a program of the loop (computed once); its inputs are named after `family`.
 
-        Programs of one step have inputs of different families.
+        Programs that run in the same step need different families.
         """
         found = self._made.get(id(program))
         if found is None:
@@ -48,23 +48,23 @@ class Functions:
         return found
 
     def then(self, first: Function, second: Function) -> Function:
-        """Return the function of running one program after the other; the second can always be run."""
+        """Return the composition `second` after `first`; the second must be enabled everywhere."""
         bits = dict(first.bits) | {name: self.after(value, first) for name, value in second.bits.items()}
         return Function(first.enabled, bits, self._marks(first, second), first.inputs | second.inputs)
 
     def past(self, first: Function, second: Function) -> Function:
-        """Return the function of the first program, with the marks of the second, which changes nothing after it."""
+        """Return the function of the first program with the marks of the second, which must change nothing after it."""
         return Function(first.enabled, first.bits, self._marks(first, second), first.inputs)
 
     def _marks(self, first: Function, second: Function) -> dict[Label, Set]:
-        """Return from where one program, or the other after it, passes a mark."""
+        """Return, for each mark, the states from which the first program or the second after it passes it."""
         marks = dict(first.marks)
         for label, states in second.marks.items():
             marks[label] = marks.get(label, self.space.none) | (self.after(states, first) & first.enabled)
         return marks
 
     def after(self, states: Set, function: Function) -> Set:
-        """Return where `states` is true once the function was applied, wherever it can be, for given inputs."""
+        """Return the states and inputs from which the function leads into `states`, if it is enabled."""
         return _after(self.space, states, function.bits)
 
     def changing(self, function: Function) -> Set:
@@ -79,18 +79,18 @@ class Functions:
         return self.chosen(self.after(states, function) & function.enabled, function)
 
     def chosen(self, states: Set, function: Function) -> Set:
-        """Return the states for which some inputs are as in `states`."""
+        """Return `states` with the inputs of the function existentially quantified."""
         return self.space.bdd.exist(function.inputs, states) if function.inputs else states
 
 
 def _after(space: Space, states: Set, bits: Mapping[str, Set]) -> Set:
-    """Return where `states` is true once these bits have their values, those of the state before."""
+    """Return `states` with each of these bits replaced by its function of the state before."""
     return space.bdd.let(bits, states) if bits else states
 
 
 @dataclass
 class _Execution(SymbolicExecution[Set]):
-    """Symbolic execution of one program; `enabled`: where it has not been stopped so far."""
+    """Symbolic execution of one program; `enabled`: the states from which no `Require` has failed so far."""
 
     space: Space
     enabled: Set
@@ -137,7 +137,7 @@ class _Execution(SymbolicExecution[Set]):
         self.marks[label] = self.marks.get(label, self.space.none) | where
 
     def _now(self, states: Set) -> Set:
-        """Return where a condition is true at this point of the program, in terms of the state before it."""
+        """Return the states before the program from which a condition is true at this point of it."""
         return _after(self.space, states, self.bits)
 
     def _set(self, var: int, cases: Iterable[tuple[Set, int]], where: Set) -> None:
@@ -154,7 +154,7 @@ class _Execution(SymbolicExecution[Set]):
             self.bits[name] = bdd.ite(where & ~left, value, before[name])
 
     def _choices(self, values: tuple[int, ...]) -> list[tuple[Set, int]]:
-        """Return each value with the inputs that choose it, the last with all that are left."""
+        """Return each value with the input combination that chooses it; the last has all remaining combinations."""
         bdd = self.space.bdd
         names = [
             self.space.passenger(f"{self.family}_{len(self.inputs) + k}") for k in range((len(values) - 1).bit_length())

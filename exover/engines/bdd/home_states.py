@@ -1,7 +1,7 @@
-"""Home states: every state leads, by observations and reports alone, to one in which nothing is active.
+"""Home states: from every state, observations and reports alone lead to one in which nothing is active.
 
-The proof stands in docs/architecture.md. What has to be seen here is that some readings of the posters disable all
-launch rules, and that the assumptions leave every step.
+docs/architecture.md has the proof. Checked here are its premises: some readings of the posters disable all launch
+rules, and there are no assumptions that forbid steps.
 """
 
 from functools import cached_property
@@ -20,7 +20,7 @@ OWNED = ("phase", "class", "order")
 class HomeStates:
     """The states between steps in which nothing is active and no launch rule does anything.
 
-    `lone`: and nothing waits, which is for those who know that every wait can come to an end.
+    `lone`: and nothing waits; sound only if every wait can come to an end.
     """
 
     stepper: Stepper
@@ -41,7 +41,7 @@ class HomeStates:
 
     @cached_property
     def applies(self) -> bool:
-        """True iff home states can always be reached: readings disable all launch rules, and all runs are assumed."""
+        """True iff home states can always be reached: readings disable all launch rules, and no step is forbidden."""
         return bool(self.disabling != self.stepper.space.none and self.stepper.allowed == self.stepper.space.all)
 
     @cached_property
@@ -59,7 +59,7 @@ class HomeStates:
 
     @cached_property
     def _parts(self) -> dict[int, list[Set]]:
-        """By variable the invariants of home states that depend on it."""
+        """Maps a variable to the invariants of home states that depend on it."""
         space = self.stepper.space
         found: dict[int, list[Set]] = {}
         for part in (self.disabling, *map(self.among, self.stepper.stable)):

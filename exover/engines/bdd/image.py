@@ -1,7 +1,7 @@
-"""What a program does to a set of states.
+"""Images of sets of states under programs.
 
-No copy of the variables and no transition relation: every operation changes one variable in place (local updates, as
-in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
+There is no second copy of the variables and no transition relation: every operation updates one variable in place
+(local updates, as in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
 """
 
 from heapq import heapify, heappop, heappush
@@ -14,12 +14,12 @@ from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program,
 from exover.ocrd.tables import NONE
 
 PASS = 0
-"""Stands for the begin of a pass of steps 3 to 5 among the identities of walks."""
+"""The key in `Image.noted`, beside the identities of walks, of the beginnings of passes of steps 3 to 5."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """Some bits are given values; `cube` are the states in which they have them."""
+    """The simultaneous assignment of some bits; `cube`: the states in which they have the assigned values."""
 
     bits: tuple[str, ...]
     cube: Set
@@ -34,10 +34,10 @@ class Image:
         self.moved = False
         """Whether some state was changed since this was last set to False."""
         self.noted: dict[int, Set] | None = None
-        """If not None: by identity of a walk the states that came to it, and by `PASS` those that began a pass."""
+        """If not None: maps the identity of a walk to the states that came to it, and `PASS` to those before a pass."""
 
     def note(self, which: int, states: Set) -> None:
-        """Note that states came to a walk, or began a pass."""
+        """Record states that came to a walk or began a pass, if `noted` is not None."""
         if self.noted is not None:
             self.noted[which] = self.noted.get(which, self.space.none) | states
 
@@ -107,7 +107,7 @@ class Image:
                 assert_never(op)
 
     def _walked(self, states: Set, walk: Walk) -> Set:
-        """Follow a diagram with all states at once: a node's states are complete when it is the least one left."""
+        """Follow a diagram with all states at once, nodes in increasing order, so that parents come before children."""
         if walk.root == NONE:
             return self.post(states, walk.end)
         nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)

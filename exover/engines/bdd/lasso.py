@@ -1,4 +1,4 @@
-"""Concrete runs that show what a formula says: ways to a set of states, and lassos that meet every constraint."""
+"""Concrete witnesses of formulas: runs to a set of states, and lassos that meet every constraint."""
 
 from collections.abc import Iterable
 from typing import Protocol
@@ -9,17 +9,17 @@ from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.space import Set
 
 LONGEST = 10_000
-"""After so many steps no loop is looked for any more."""
+"""The number of steps after which the search for a loop is given up."""
 
 
 class Run(Protocol):
-    """A concrete run as it is seen by the steps of `Fixpoints`."""
+    """A concrete run, with its current state as a set of the transition system of `Fixpoints`."""
 
     walker: RunConcretizer
 
     @property
     def held(self) -> Set:
-        """The one state that the run has come to."""
+        """The set of the one state that the run has reached."""
 
     def step(self, number: int, goal: Set) -> bool:
         """Take a step by this event into `goal`; return whether there is one."""
@@ -67,7 +67,7 @@ class ProductRun:
         return True
 
     def _choose(self, among: Set) -> dict[str, bool]:
-        """Return promises with which the run may go on, as few as possible."""
+        """Return an assignment of promises with which the run can go on, greedily as few true ones as possible."""
         bdd = self.product.space.bdd
         found = {}
         for bit in self.product.bits:
@@ -78,7 +78,7 @@ class ProductRun:
 
 
 class Distances:
-    """How far states are, within `left`, from `right`; found out as far as it is asked."""
+    """Distances of states to `right` by steps within `left`; rings are computed as far as they are needed."""
 
     def __init__(self, fixpoints: Fixpoints, left: Set, right: Set) -> None:
         self.none = fixpoints.none
@@ -86,7 +86,7 @@ class Distances:
         self._rest = fixpoints.rings(left, right)
 
     def distance(self, held: Set) -> int:
-        """Return how many steps a state needs; raises `SpuriousRun` if it has no way."""
+        """Return the distance of a state; raises `SpuriousRun` if `right` cannot be reached from it."""
         for number, ring in enumerate(self.rings):
             if ring & held != self.none:
                 return number
@@ -98,14 +98,14 @@ class Distances:
 
 
 def come(run: Run, fixpoints: Fixpoints, left: Set, right: Set) -> None:
-    """Let the run come, by as few steps as possible and within `left`, into `right`, to which it has a way."""
+    """Continue the run by a shortest path within `left` into `right`; raises `SpuriousRun` if there is none."""
     way = Distances(fixpoints, left, right)
     for distance in reversed(range(way.distance(run.held))):
         advance(run, fixpoints, way.rings[distance], fixpoints.steps.events)
 
 
 def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) -> int:
-    """Let the run take a step into `goal` by the first of these events that has one; return the event."""
+    """Take a step into `goal` by the first of these events that has one; return it, or raise `SpuriousRun`."""
     for number in events:
         if run.held & fixpoints.steps.pre(goal, number) != fixpoints.none and run.step(number, goal):
             return number
@@ -113,10 +113,10 @@ def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) ->
 
 
 def close_lasso(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
-    """Let the run go on within `lasting`, from which fair runs go on in it for ever, until it repeats itself fairly.
+    """Continue the run within `lasting`, whose states all have fair runs within it, until it closes a fair loop.
 
-    Return how many steps came before the part that is repeated. The run meets the constraints in turn, each by a
-    shortest way, so that what it does depends on finitely much and it must repeat itself.
+    Return the number of steps before the loop. The run meets the constraints in turn, each by a shortest path, so its
+    behaviour depends on finitely many states and must repeat. Raises `SpuriousRun` after `LONGEST` steps.
     """
     constraints = fixpoints.binding(lasting)
     everyone = frozenset(range(len(constraints)))

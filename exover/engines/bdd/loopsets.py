@@ -1,4 +1,4 @@
-"""Sets of the states of one loop: the space, steps and conditions, each made when it is first needed."""
+"""The space of one loop with its steps and conditions, each made when it is first needed."""
 
 from functools import cached_property
 
@@ -13,14 +13,14 @@ from exover.model.property import Properties
 
 @dataclass(frozen=True)
 class LoopSets:
-    """What can be said of sets of states."""
+    """Sets of states of one loop: space, steps, conditions."""
 
     loop: ClosedLoop
     properties: Properties
 
     @cached_property
     def stepper(self) -> Stepper:
-        """Steps on sets, those alone that the assumptions allow."""
+        """Images and preimages of the steps that the assumptions allow."""
         stepper = Stepper(self.loop)
         for assumption in self.properties.assumptions:
             stepper.allowed &= moments(StatePredicates(stepper.space), assumption.formula)

@@ -1,7 +1,8 @@
 """LTL by the product of the loop with the tableau of a formula (Clarke, Grumberg, Hamaguchi 1994).
 
-A moment of the product is one of the loop and a promise, yes or no, for each subformula that says something of the
-next moment. Promises must be what becomes true there, and one of an `until` is fair only if it is fulfilled some day.
+A moment of the product is a moment of the loop and, for each subformula `X f` or `f U g`, a promise: the guess whether
+`X f`, or X (f U g), is true there. The next moment must keep every promise, true or false; justice constraints make
+each until that is true come to its right side.
 """
 
 from collections.abc import Iterable, Sequence
@@ -33,7 +34,7 @@ from exover.model.property import (
 
 @dataclass
 class Product:
-    """The steps of the product; `promises` are the subformulas, `bits` their names now, `then` in the next moment."""
+    """The product as a transition system; `promises`: the subformulas, `bits`, `then`: their bits now and next."""
 
     base: TransitionSystem
     meaning: StatePredicates[Set]
@@ -63,7 +64,7 @@ class Product:
         return self.base.events
 
     def touching(self, states: Set) -> Sequence[int]:
-        """Return all events: each changes what is promised."""
+        """Return all events, since each may change the promises."""
         return self.events
 
     def pre(self, states: Set, number: int) -> Set:
@@ -71,7 +72,7 @@ class Product:
         return self.base.pre(self.promised(states), number)
 
     def promised(self, states: Set) -> Set:
-        """Return the states of the loop, with the promises made one moment before, that some of `states` keep."""
+        """Return the states of the loop with promises made one moment before, such that some of `states` keeps them."""
         if self._last is None or self._last[0] != states:
             bdd = self.space.bdd
             found = self._later(states)
@@ -89,7 +90,7 @@ class Product:
         return self.true(promise.part if isinstance(promise, Next) else promise)
 
     def constraints(self) -> list[Constraint]:
-        """Return what a run that fulfils its promises meets again and again."""
+        """Return one justice constraint for each until: infinitely often it is false, or its right side is true."""
         untils = [each for each in self.promises if isinstance(each, Until)]
         return [Constraint(~self.true(each) | self.true(each.right)) for each in untils]
 
@@ -119,7 +120,7 @@ class Product:
 
 
 def _promising(formula: Formula) -> Iterable[Formula]:
-    """Yield the subformulas that say something of the next moment, inner ones first."""
+    """Yield the subformulas of the form `X f` or `f U g`, inner ones first."""
     for part in parts_of(formula):
         yield from _promising(part)
     if isinstance(formula, Next | Until):

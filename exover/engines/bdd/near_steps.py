@@ -1,7 +1,7 @@
-"""Steps of the loop near some variables, while every slot and waiting place that these are not about is idle and empty.
+"""Steps of the loop that change given variables, while all other slots are idle and all other waiting places empty.
 
-They are steps of the loop. Their sets do not say that all else is idle: they stay on few variables, however many there
-are.
+They are an under-approximation of the steps. Their sets do not mention the other slots and places, so they depend on
+few variables, whatever the size of the loop.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ BUSY = "phase", "place"
 
 @dataclass(frozen=True)
 class NearSteps:
-    """Those steps that change one of the variables, and stay where all else is idle; none passes the mark `avoid`."""
+    """The steps that change one of the variables and leave all else idle; none passes the mark `avoid`."""
 
     stepper: Stepper
     backwards: BackwardReachability
@@ -40,13 +40,13 @@ class NearSteps:
 
     @cached_property
     def _resting(self) -> dict[str, bool]:
-        """The bits that are 0, by name."""
+        """The bits of the other slots and places, by name, all 0."""
         kinds = enumerate(self.space.loop.variables)
         others = [n for n, variable in kinds if variable.key[0] in BUSY and n not in self.variables]
         return {name: False for n in others for name in self.space.bits[n]}
 
     def among(self, states: Set) -> Set:
-        """Return the states in which all else is idle, of those; the set does not say so."""
+        """Return the states restricted to those in which all else is idle, without the bits that say so."""
         return self.space.bdd.let(self._resting, states)
 
     @cached_property
@@ -78,7 +78,7 @@ class NearSteps:
         return self.among(self.stepper.allowed)
 
     def _step(self, number: int) -> Function:
-        """Return what an event does while all else is idle; enabled where it stays so."""
+        """Return the function of an event while all else is idle; enabled where it stays idle."""
         if number not in self._steps:
             whole = self.stepper.step(number).function
             enabled = self.among(whole.enabled)

@@ -1,13 +1,13 @@
-"""dd's own manager of BDDs, in Python, which is used where dd has no CUDD."""
+"""The BDD manager of dd in Python, used where dd has no CUDD."""
 
 from dd import autoref, bdd
 
 
 class _Nodes(bdd.BDD):
-    """The nodes; when they go, nothing is said of sets that are still there.
+    """The nodes, with a finalizer that does not complain of sets that still exist.
 
-    Sets hold their manager, and are held by what holds it: in which order they go is not for us to say. dd takes it for
-    an error, which nothing can catch, and which would be printed.
+    Sets refer to their manager, and cycles are collected in any order. dd takes that for an error and raises it in the
+    finalizer, where it cannot be caught and would be printed.
     """
 
     def __del__(self) -> None:
@@ -15,7 +15,7 @@ class _Nodes(bdd.BDD):
 
 
 class PythonManager(autoref.BDD):
-    """`dd.autoref.BDD`, which counts by itself which nodes are in use."""
+    """`dd.autoref.BDD` with such nodes; it counts references automatically."""
 
     def __init__(self) -> None:
         self._bdd = _Nodes()  # type: ignore[abstract]

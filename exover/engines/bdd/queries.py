@@ -18,7 +18,7 @@ Answer = TypeVar("Answer")
 
 @dataclass
 class Queries:
-    """Questions asked backwards."""
+    """Backward reachability in several state spaces, the cheapest first."""
 
     stepper: Stepper
     progress: Progress
@@ -26,7 +26,7 @@ class Queries:
 
     @cached_property
     def reached(self) -> Set:
-        """The reachable states, from the initial one forwards; those of independent parts are looked for apart."""
+        """The reachable states, by forward search; independent parts of the loop are explored separately."""
         self.progress("reachable states")
         if self.stepper.loop.observed:  # what the last step did is of one part alone
             return explore(self.stepper)
@@ -37,28 +37,28 @@ class Queries:
 
     @cached_property
     def _local(self) -> BackwardReachability:
-        """Questions asked among all states in which every component is stable, as long as their sets are small."""
+        """Backward reachability among all states in which every component is stable, while sets are small."""
         return BackwardReachability(self.stepper, self.stepper.universe, WIDE)
 
     @cached_property
     def _exact(self) -> BackwardReachability:
-        """Questions asked among the reachable states."""
+        """Backward reachability among the reachable states."""
         return BackwardReachability(self.stepper, self.reached, None)
 
     @cached_property
     def lone(self) -> BackwardReachability:
-        """Questions asked about quiescent steps while nothing waits, along straight ways."""
+        """Backward reachability by quiescent steps between states in which nothing waits, `straight`."""
         return BackwardReachability(
             QuiescentSteps(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True
         )
 
     @cached_property
     def quiescent(self) -> BackwardReachability:
-        """Questions asked about quiescent steps."""
+        """Backward reachability by quiescent steps."""
         return BackwardReachability(QuiescentSteps(self.stepper, lone=False), self.stepper.space.all, NARROW)
 
     def shown(self, question: Callable[[BackwardReachability], Answer | None]) -> Answer | None:
-        """Return an answer that quiescent steps are enough to give, if all runs are assumed; None if there is none."""
+        """Return an answer that quiescent steps give; None if they give none, or if there are assumptions."""
         if self.stepper.allowed == self.stepper.space.all:
             for backwards in (self.lone, self.quiescent):
                 with suppress(TooWide):
@@ -68,7 +68,7 @@ class Queries:
         return None
 
     def asked(self, question: Callable[[BackwardReachability], Answer]) -> Answer:
-        """Return the first answer: within the stable states, else, where sets grow too wide, the reachable ones."""
+        """Return the answer within the stable states or, if sets grow too wide there, within the reachable ones."""
         try:
             return question(self._local)
         except TooWide:
@@ -77,7 +77,7 @@ class Queries:
     def way(self, states: Set) -> list[Ring] | None:
         """Return the rings of the shortest runs to these states; None if they cannot be reached.
 
-        Who is told that there is a way may ask for it again: it is kept until another is asked for.
+        The last answer is kept.
         """
         if self._last is None or self._last[0] != states:
             self._last = (states, self.asked(lambda backwards: backwards.rings(Ring(states, ()))))

@@ -1,7 +1,7 @@
 """Quiescent steps: those whose event wakes no component, an under-approximation that needs no settling pass.
 
-A step is quiescent iff every component is stable after its event. What is possible by quiescent steps is possible; most
-questions are answered so, without the long cascades that an event may set off elsewhere.
+A step is quiescent iff every component is stable after its event. What quiescent steps can reach is reachable; that
+answers most questions without the long cascades that an event may start.
 """
 
 from exover.engines.bdd.functions import Function
@@ -13,9 +13,9 @@ from exover.ocrd.memory import EMPTY
 
 
 class QuiescentSteps:
-    """Preimages of quiescent steps; the last step of a run need not be quiescent if it passes the mark at once.
+    """Preimages of quiescent steps; the last step of a run need not be quiescent if it passes the mark first.
 
-    `lone`: of those between states in which nothing waits; sets are then about such states, and do not say so.
+    `lone`: only steps between states in which nothing waits; sets then do not mention the waiting places.
     """
 
     def __init__(self, stepper: Stepper, lone: bool) -> None:
@@ -40,7 +40,7 @@ class QuiescentSteps:
         return self._stepper.space
 
     def step(self, number: int) -> StepFunction:
-        """Return what event `number` does, the variables it may change, and the marks that are passed at once."""
+        """Return the function of event `number`, the variables it may change, and the marks that it may pass."""
         if number not in self._steps:
             function = self._stepper.functions.of(self.loop.events[number].program, "event")
             marked = set(function.marks)
@@ -53,7 +53,7 @@ class QuiescentSteps:
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return states from which a quiescent step by event `number` leads into `states`, or one past the mark `goal`.
 
-        Past the mark: in the event, or in the first component of the pass that does anything. `avoid` is for others.
+        Past the mark: in the event, or in the first component that does anything. `avoid` must be None.
         """
         assert avoid is None, "a quiescent step is not told by what it avoids"
         function, functions = self.step(number).function, self._stepper.functions
@@ -70,7 +70,7 @@ class QuiescentSteps:
         return self._lone(functions.chosen(found & function.enabled, function))
 
     def _stable(self, number: int) -> list[Set]:
-        """Return sets that have in common the states before event `number` after which every component is stable."""
+        """Return sets whose intersection are the states from which event `number` leaves every component stable."""
         if number not in self._quiet:
             found, function = list[Set](), self.step(number).function
             for component in self._due(number):
@@ -81,7 +81,7 @@ class QuiescentSteps:
         return self._quiet[number]
 
     def _first(self, number: int, goal: Label) -> Set:
-        """Return states after an event in which the first component that does anything passes a mark."""
+        """Return states after event `number` in which the first component that does anything passes a mark."""
         found, still = self.space.none, self.space.all
         for component in self._due(number):
             passed = self._component(component).marks.get(goal, self.space.none)
@@ -92,7 +92,7 @@ class QuiescentSteps:
         return found
 
     def _empty_after(self, number: int) -> Set:
-        """Return the states in which those waiting places are empty, if they are to be, that event `number` changes."""
+        """Return the states in which the waiting places that event `number` changes are empty; all unless `lone`."""
         found = self.space.all
         for var in self.step(number).changed & self._places:
             found &= self.space.is_value(var, EMPTY)

@@ -1,7 +1,7 @@
 """Rankings: proofs that no fair run stays among some states (Manna, Pnueli 1991).
 
-A state has the rank of the layer that it is in. No step that stays among the states leads up, and in each layer
-something is missing for ever: so a run that stays would stay in one layer at last, and not be fair.
+The rank of a state is the number of its layer. No step within the states increases the rank, and within a layer one
+constraint is never met. So a run that stays would finally stay in one layer, and would not be fair.
 """
 
 from collections.abc import Generator, Iterator
@@ -25,9 +25,9 @@ from exover.model.property import (
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """States that never meet the constraint of this number, nor does a step from one to another of them.
+    """States that do not meet constraint `never`; nor does a step from one of them to another.
 
-    None: no step leads from one of them to another at all, but only into layers before, and out.
+    None: no step leads from one of them to another, only to lower layers or out.
     """
 
     never: int | None
@@ -37,8 +37,8 @@ class Layer:
 def ranking(fixpoints: Fixpoints, part: Set) -> Iterator[Layer]:
     """Yield the layers of the states of `part` from which no fair run stays in it, the lowest first.
 
-    They are what the greatest fixpoint `Fixpoints.always` takes away, piece by piece: a step from a layer that stays in
-    `part` leads into it or into one before.
+    They are the sets that the iteration of the greatest fixpoint `Fixpoints.always` removes, in order: a step within
+    `part` from a layer leads into the same layer or a lower one.
     """
     found = part & fixpoints.steps.universe
     while True:
@@ -54,7 +54,7 @@ def ranking(fixpoints: Fixpoints, part: Set) -> Iterator[Layer]:
 
 
 def _led_out(fixpoints: Fixpoints, part: Set) -> Generator[Layer, None, Set]:
-    """Yield by layers the states of `part` from which every run leads out of it, and return the others."""
+    """Yield, as layers, the states of `part` from which every run leaves it; return the others."""
     while True:
         kept = fixpoints.before(part, part)
         if kept == part:
@@ -66,7 +66,7 @@ def _led_out(fixpoints: Fixpoints, part: Set) -> Generator[Layer, None, Set]:
 def distinct(formula: Formula) -> Formula:
     """Return an equivalent formula of LTL in which no two temporal operators are the same subformula.
 
-    So the product with its tableau has a promise for each of them, in whatever order they are numbered.
+    So the product with its tableau has one promise for each operator, in whatever order they are numbered.
     """
     return _distinct(formula, set())
 

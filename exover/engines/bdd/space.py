@@ -18,11 +18,11 @@ class Set(Protocol):
 
     @property
     def var(self) -> str:
-        """The topmost bit that it depends on; not to be asked of no state and of all."""
+        """The topmost bit that it depends on; undefined for the empty set and for all states."""
 
     @property
     def level(self) -> int:
-        """How deep in the order that bit stands."""
+        """The level of that bit in the order."""
 
     def __and__(self, other: "Set", /) -> "Set":
         """Return the intersection."""
@@ -41,7 +41,7 @@ class Set(Protocol):
 
 
 class BddManager(Protocol):
-    """What is used of dd's managers of BDDs; bits are named."""
+    """The operations of dd's BDD managers that are used here; bits are named."""
 
     @property
     def true(self) -> Set:
@@ -55,19 +55,19 @@ class BddManager(Protocol):
         """Add bits, below those that there are."""
 
     def var(self, name: str) -> Set:
-        """Return where a bit is 1."""
+        """Return the states in which a bit is 1."""
 
     def cube(self, literals: Mapping[str, bool]) -> Set:
-        """Return where bits have these values."""
+        """Return the states in which bits have these values."""
 
     def exist(self, names: Iterable[str], states: Set) -> Set:
-        """Return the states, these bits forgotten."""
+        """Return the states with these bits existentially quantified."""
 
     def let(self, values: Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set], states: Set) -> Set:
-        """Return the states with bits replaced."""
+        """Return the states with bits replaced, simultaneously."""
 
     def apply(self, operator: str, one: Set, other: Set) -> Set:
-        """Return what an operator makes of two sets."""
+        """Return the result of a Boolean operator on two sets."""
 
     def ite(self, condition: Set, one: Set, other: Set) -> Set:
         """Return `one` where the condition holds, else `other`."""
@@ -76,10 +76,10 @@ class BddManager(Protocol):
         """Return the bits on which a set depends."""
 
     def level_of_var(self, name: str) -> int:
-        """Return how deep in the order a bit stands."""
+        """Return the level of a bit in the order."""
 
     def var_at_level(self, level: int) -> str:
-        """Return the bit that stands so deep in the order."""
+        """Return the bit at a level of the order."""
 
     def reorder(self) -> None:
         """Sift the order."""
@@ -88,17 +88,17 @@ class BddManager(Protocol):
         """Return the number of nodes."""
 
     def configure(self, *, reordering: bool) -> object:
-        """Say whether the order is sifted whenever the manager sees fit."""
+        """Switch dynamic reordering by the manager on or off."""
 
 
 REMEMBERED = 1 << 14
-"""Results that CUDD has room for at first: it makes more where that helps, and dd's own wish takes 8 MB at once."""
+"""The initial size of CUDD's computed table, which grows on demand; dd's default takes 8 MB at once."""
 
 
 def new_manager() -> BddManager:
     """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
     room = {"initial_cache_size": REMEMBERED}
-    with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
+    with _missing("networkx"):  # dd needs it only to draw graphs; importing it takes 200 ms
         try:
             from dd.cudd import BDD
         except ImportError:
@@ -111,7 +111,7 @@ def new_manager() -> BddManager:
 
 
 def restriction(manager: BddManager) -> Callable[[Set, Set], Set] | None:
-    """Return the manager's restriction of a set to a care set; None if it has none."""
+    """Return the manager's operator `restrict(set, care)`; None if it has none."""
     if not isinstance(manager, FewBits):
         return None
     from dd.cudd import restrict
@@ -133,7 +133,7 @@ def _missing(module: str) -> Iterator[None]:
 
 
 class Space:
-    """The bits of a loop's variables, and the sets that programs and tests are made of."""
+    """The bits of a loop's variables, and the sets of states in which they have given values."""
 
     def __init__(self, loop: ClosedLoop) -> None:
         self.loop = loop
@@ -180,30 +180,30 @@ class Space:
         return len(states)
 
     def simplified(self, states: Set, care: Set) -> Set:
-        """Return a set that is `states` among `care`, and elsewhere such that it is simple (Coudert, Madre 1990)."""
+        """Return a set, probably smaller, that equals `states` within `care` (restrict; Coudert, Madre 1990)."""
         return states if self._restrict is None or care == self.none else self._restrict(states, care)
 
     def on(self, states: Set, variables: Collection[int]) -> Set:
-        """Return what these variables can be in a set."""
+        """Return the projection of a set to these variables."""
         return self.bdd.exist(
             [name for var in self.support(states) - set(variables) for name in self.bits[var]], states
         )
 
     def literals(self, var: int, value: int) -> dict[str, bool]:
-        """Return the bits of a value."""
+        """Return the bits of a variable that has this value."""
         return self._literals[var][value]
 
     def support(self, states: Set) -> set[int]:
-        """Return the variables that tell these states from others."""
+        """Return the variables on which a set depends."""
         return {self._owner[name] for name in self.bdd.support(states) if name in self._owner}
 
     def passenger(self, name: str) -> str:
-        """Return a bit, by its name, that no program reads or writes: it comes through every step as it is."""
+        """Declare a bit that no program reads or writes, so that steps leave it as it is; return its name."""
         self.bdd.declare(name)
         return name
 
     def owner(self, name: str) -> int:
-        """Return the variable that a bit is of."""
+        """Return the variable to which a bit belongs."""
         return self._owner[name]
 
     def is_value(self, var: int, value: int) -> Set:
@@ -243,7 +243,7 @@ class Space:
         return self._cube(enumerate(values))
 
     def cube_of(self, values: list[int]) -> Set:
-        """Return the states with these values, whatever the last step did."""
+        """Return the states with these values, `happened` variables left open."""
         kept = ((var, value) for var, value in enumerate(values) if self.loop.variables[var].key[0] != "happened")
         return self._cube(kept)
 
@@ -255,7 +255,7 @@ class Space:
 
     @cached_property
     def constraints(self) -> list[Set]:
-        """By variable the states in which it has one of its values, and 0 if what it is of is not there."""
+        """For each variable: the states in which it has one of its values, and 0 if its slot or place is empty."""
         return [self._constraint(number) for number in range(len(self.loop.variables))]
 
     def _constraint(self, number: int) -> Set:
@@ -269,20 +269,20 @@ class Space:
 
     @cached_property
     def domain(self) -> Set:
-        """The states between steps in which every variable has one of its values, and what is not there is 0."""
+        """The states that satisfy all constraints, and in which variables that steps only remember are 0."""
         found = self.all
-        for number in sorted(range(len(self.bits)), key=self.depth, reverse=True):  # each where all before lies below
+        for number in sorted(range(len(self.bits)), key=self.depth, reverse=True):  # bottom up, so that sets stay small
             found &= self.constraints[number]
             if self.loop.variables[number].key[0] in MEMORY:
                 found &= self.is_value(number, 0)
         return found
 
     def depth(self, var: int) -> int:
-        """Return how deep in the order a variable stands."""
+        """Return the level of a variable's lowest bit in the order."""
         return max((self.bdd.level_of_var(name) for name in self.bits[var]), default=0)
 
     def local_domain(self, states: Set) -> Set:
-        """Return the constraints on the variables that tell these states from others."""
+        """Return the constraints on the variables on which a set depends."""
         found = self.all
         for var in self.support(states):
             found &= self.constraints[var]

@@ -15,7 +15,7 @@ from exover.model.property import Label
 
 @dataclass(frozen=True)
 class StepFunction:
-    """What a step that an event begins does; the variables that it may change, the marks that it may pass."""
+    """A step that an event begins, as a function; the variables that it may change, the marks that it may pass."""
 
     function: Function
     changed: frozenset[int]
@@ -25,24 +25,24 @@ class StepFunction:
 
 
 WIDE = 20_000
-"""Node limit for optional sets."""
+"""Node limit of sets that are given up if they grow larger."""
 MOST_BITS = 200
-"""Bit limit of a state up to which the invariant of all states between steps is one set."""
+"""The number of bits of a state up to which the invariant of the states between steps is built as one set."""
 NARROW = 1000
-"""Node limit for sets that are narrowed to see whether they are empty."""
+"""Node limit of sets that are intersected with invariants to see whether they are empty."""
 NEAR = 2
-"""How many times what a set depends on is extended by what that depends on."""
+"""The rounds of `narrowed`, each of which may add the variables of further invariants."""
 
 
 class Stepper:
-    """Images and preimages of steps, of those runs that are assumed."""
+    """Images and preimages of the steps that the assumptions allow."""
 
     def __init__(self, loop: ClosedLoop) -> None:
         self.loop = loop
         self.space = Space(loop)
         self.image = Image(self.space)
         self.allowed: Set = self.space.all
-        """Steps end in these states only."""
+        """The states in which steps may end: those that satisfy the assumptions."""
         self.functions = Functions(self.space)
         self.waking = Wakeups(self.functions)
         self.places = frozenset(n for n, v in enumerate(loop.variables) if v.key[0] in PLACES)
@@ -54,16 +54,15 @@ class Stepper:
 
     @cached_property
     def stable(self) -> list[Set]:
-        """Invariants of the states between steps: by component the states in which it is stable (does nothing)."""
+        """Invariants of the states between steps: for each component that is not `always` due, where it is stable."""
         waking = self.waking
         return [~states for number, states in enumerate(waking.unstable) if number not in waking.always]
 
     @cached_property
     def universe(self) -> Set:
-        """States that no step leaves, the initial one among them: each variable has a value, each component is stable.
+        """An inductive invariant: each variable has one of its values, and each component is stable.
 
-        All states, if that has more than `WIDE` nodes, or if there are so many variables that a set should rather stay
-        on those that it is about.
+        All states, if that set has more than `WIDE` nodes, or if a state has more than `MOST_BITS` bits.
         """
         if self.space.loop.bit_count > MOST_BITS:
             return self.space.all
@@ -76,7 +75,7 @@ class Stepper:
 
     @cached_property
     def _parts(self) -> dict[int, list[tuple[Set, frozenset[int]]]]:
-        """By variable what holds between steps and depends on it, with all variables that it depends on."""
+        """Maps a variable to the invariants that depend on it, each with all its variables."""
         found: dict[int, list[tuple[Set, frozenset[int]]]] = {}
         for part in self.stable:
             support = frozenset(self.space.support(part))
@@ -85,11 +84,11 @@ class Stepper:
         return found
 
     def excluded(self, states: Set) -> bool:
-        """Return True only if no state between steps is one of these."""
+        """Return True only if no state between steps is in the set."""
         return bool(self.narrowed(states) == self.space.none)
 
     def narrowed(self, states: Set) -> Set:
-        """Return a subset of the states with all those between steps, by the invariants on their variables."""
+        """Return a subset of the states that contains all those between steps: intersected with invariants nearby."""
         space = self.space
         if self.universe != space.all:
             return states & self.universe
@@ -107,7 +106,7 @@ class Stepper:
         return states
 
     def launching(self) -> list[Set]:
-        """Return by launch rule the states in which it would do something."""
+        """Return for each launch rule the states in which it would do something."""
         space, first = self.space, len(self.loop.tables.rules)
         unstable = self.waking.unstable[first : first + len(self.loop.tables.launches)]
         return [space.before_cleared(part, self.loop.index["tried", n]) for n, part in enumerate(unstable)]
@@ -152,8 +151,7 @@ class Stepper:
     def step(self, number: int) -> StepFunction:
         """Return what a step that event `number` begins does, in every state between steps.
 
-        A component is run where some of these states have come to a state in which it is not stable; where it is, it
-        may pass marks.
+        A component is composed into the step if it may be unstable when its turn comes; else only its marks are added.
         """
         found = self._steps.get(number)
         if found is None:
@@ -175,13 +173,13 @@ class Stepper:
         return found
 
     def forgotten(self, states: Set) -> Set:
-        """Return where `states` is true once a step has ended: what it remembers is forgotten."""
+        """Return the states at the end of the last pass that are in `states` once the step's memory is cleared."""
         remembered = self.space.support(states).intersection(self._memory)
         literals = {name: False for var in remembered for name in self.space.bits[var]}
         return self.space.bdd.let(literals, states) if literals else states
 
     def _ended(self, function: Function, ran: tuple[int, ...]) -> StepFunction:
-        """Return the step whose last program was run: what it remembers is forgotten."""
+        """Return the step function after its last program: memory cleared, bits that never change left out."""
         space = self.space
         forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
         care = self.universe & function.enabled
@@ -197,8 +195,7 @@ class Stepper:
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        A step that passes the mark `avoid` does not count. Exact on states between steps; what it says of others means
-        nothing.
+        A step that passes the mark `avoid` does not count. Exact on states between steps, meaningless on others.
         """
         function, none = self.step(number).function, self.space.none
         found = self.functions.after(states & self.allowed, function)

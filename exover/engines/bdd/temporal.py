@@ -1,4 +1,4 @@
-"""Whether properties are true of the loop, and runs that show it."""
+"""The temporal engine: whether properties are true of the loop, and runs that show it."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -34,7 +34,7 @@ from exover.model.trace import Trace
 
 @dataclass(frozen=True, slots=True)
 class PropertyAnswer:
-    """Whether a property is true at the start, and a run that shows that it is, or is not, if one can."""
+    """Whether a property is true at the start, and a run that shows it, if a run can."""
 
     holds: bool
     trace: Trace | None = None
@@ -44,8 +44,8 @@ class PropertyAnswer:
 class TemporalEngine:
     """Questions about the runs within `universe`, a set of states with the initial one that no step leaves.
 
-    `way` finds how runs from the start come into given states, if they do; `fair`: only runs count on which every slot
-    is, again and again, idle or being reported.
+    `way`: the rings of the runs from the start into given states, or None; `fair`: only runs count on which every slot
+    is infinitely often idle or reported.
     """
 
     stepper: Stepper
@@ -57,7 +57,7 @@ class TemporalEngine:
 
     @cached_property
     def reports(self) -> list[Constraint]:
-        """The fairness constraints: every slot is again and again idle or being reported."""
+        """The justice constraints: every slot is infinitely often idle or reported."""
         return fair_reports(self.stepper)
 
     @cached_property
@@ -81,7 +81,7 @@ class TemporalEngine:
         return None if way is None else follow(self._start().walker, way, self.stepper.space.all)
 
     def is_unfair(self) -> bool:
-        """Return whether no run from the start is fair, where some have to be."""
+        """Return whether no run from the start is fair; False unless `fair`, if every state has a step."""
         space = self.stepper.space
         return bool(space.initial & self.ctl.fixpoints.fair == space.none)
 
@@ -104,7 +104,7 @@ class TemporalEngine:
         return PropertyAnswer(holds, run.walker.trace(start))
 
     def _linear(self, formula: Formula) -> PropertyAnswer:
-        """Decide LTL: is there a fair run of the loop on which the formula is false?"""
+        """Return whether a formula of LTL is true of all fair runs, else a lasso of which it is false."""
         space = self.stepper.space
         product = Product(LoopSteps(self._backwards), self.meaning, formula)
         constraints = [*(self.reports if self.fair else ()), *product.constraints()]
@@ -117,9 +117,9 @@ class TemporalEngine:
         return PropertyAnswer(False, run.walker.trace(start))
 
     def _show(self, run: Run, formula: Formula) -> int | None:
-        """Let the run go on so that it shows why a formula is true where it is; return where a loop begins.
+        """Continue the run as a witness of a formula that is true in its state; return where its loop begins, if any.
 
-        Where a formula speaks of all runs, none shows it, and the run ends.
+        A universal formula has no single witness: there the run ends.
         """
         fixpoints = self.ctl.fixpoints
         match formula:
@@ -154,10 +154,10 @@ class TemporalEngine:
     # ---- starvation ----
 
     def starving(self, request: str) -> Trace | None:
-        """Return a run with fair reports on which what stands in the request's waiting place does so for ever.
+        """Return a run with fair reports on which one instance of the request waits for ever; None if there is none.
 
-        First it is looked for where nothing else is asked for than what the request looks at while it waits; then it is
-        seen whether fair reports of that alone forbid it.
+        First only steps near the variables that the settling of the request reads are searched. Then the reports of
+        slots that it reads are tried alone as constraints, which may already exclude such a run.
         """
         looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
         reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
@@ -176,20 +176,20 @@ class TemporalEngine:
         return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
 
     def _lasso(self, way: Fixpoints, lingering: Fixpoints, lasting: Set) -> Trace:
-        """Return a run that comes to `lasting` and goes on in it for ever."""
+        """Return a lasso that leads into `lasting` and stays there for ever."""
         run = self._start()
         come(run, way, self.stepper.space.all, lasting)
         start = close_lasso(run, lingering, lasting)
         return run.walker.trace(start)
 
     def _looked_at(self, request: str) -> frozenset[int]:
-        """Return the variables on which it depends what becomes of the request while it waits."""
+        """Return the variables that the component which settles the request reads."""
         loop = self.stepper.loop
         return loop.body[loop.settling(loop.request_number[request])].reads
 
 
 def _has_run(formula: Formula, positive: bool = True) -> bool:
-    """Return whether a formula, or its negation, says that there is some run: one that can be shown."""
+    """Return whether the formula (or, unless `positive`, its negation) has an existential part: a run to be shown."""
     match formula:
         case Negation(part):
             return _has_run(part, not positive)

@@ -1,9 +1,8 @@
-"""Wakeups: which components of a pass an event, or another component, can make unstable.
+"""Wakeups: the components of a pass that an event, or another component, can make unstable.
 
-Between steps every component is stable: it would do nothing. A component has to run in a step only if something that
-was written can make it unstable, or let it pass a mark, which is a question on the few variables that the component
-reads: what it would do or pass otherwise, it did in the step before. So a step is a short sequence of programs, the
-same from every state, and its preimage is taken on sets that stay small.
+Between steps every component is stable: it would do nothing. A component has to run in a step only if a write can make
+it unstable or let it pass a mark, which depends only on the few variables that it reads. So a step is a short sequence
+of programs, the same from every state, and preimages are taken on sets that stay small.
 """
 
 from collections.abc import Iterator
@@ -14,22 +13,22 @@ from exover.loop.finite.program import Program
 
 
 class Wakeups:
-    """Which components of a pass an event or another component can wake: the question on what both of them read.
+    """Computes which components of a pass an event or another component can wake.
 
-    Between the programs of a step every variable has one of its values, so only such states are asked about.
+    Between the programs of a step every variable has one of its values, so only such states count.
     """
 
     def __init__(self, functions: Functions) -> None:
         space = functions.space
         self._space, self._functions, self._body = space, functions, space.loop.body
         self.unstable = [functions.changing(self.component(number)) for number in range(len(self._body))]
-        """By component the states in which it would do something."""
+        """For each component the states in which it would do something."""
         self.always = frozenset(
             number
             for number, component in enumerate(self._body)
             if component.always or self.unstable[number] & space.initial != space.none
         )
-        """Components that may be unstable before anything is written in a step."""
+        """Spontaneous components: they may be unstable before anything is written in a step."""
         self._reading: dict[int, list[tuple[int, Set]]] = {}
         for number in range(len(self._body)):
             for states in self._calls(number):
@@ -38,22 +37,22 @@ class Wakeups:
         self._next: dict[int, frozenset[int]] = {}
 
     def component(self, number: int) -> Function:
-        """Return what a component does."""
+        """Return the function of a component."""
         return self._functions.of(self._body[number].program, f"component{number}")
 
     def _calls(self, number: int) -> Iterator[Set]:
-        """Yield the states that call for a component: it does something, or else passes a mark."""
+        """Yield the sets of states in which a component has to run: it is unstable, or only passes a mark."""
         unstable = self.unstable[number]
         yield unstable
         for marked in self.component(number).marks.values():
             yield marked & ~unstable
 
     def due(self, event: Program) -> set[int]:
-        """Return the components that may be called for by what an event's program has changed."""
+        """Return the components that may have to run after an event's program."""
         return set(self.always | self._woken(self._functions.of(event, "event"), self._space.all))
 
     def wakes(self, number: int) -> frozenset[int]:
-        """Return the components that a component may wake: itself, if it may be unstable after it has run."""
+        """Return the components that a component may wake; itself only if it may be unstable again after it has run."""
         if number not in self._next:
             function, unstable = self.component(number), self.unstable[number]
             again = unstable & self._functions.pre(unstable, function)
@@ -68,7 +67,7 @@ class Wakeups:
         return sum(len(self.wakes(number)) for number in range(len(self._body)))
 
     def _woken(self, function: Function, first: Set) -> frozenset[int]:
-        """Return the components that are called for after the function, and are not so in some state of `first`."""
+        """Return the components that have to run after the function but did not in some state of `first` before it."""
         space, found = self._space, set[int]()
         changed = {space.owner(name) for name in function.bits}
         for number, calling in dict.fromkeys(each for var in sorted(changed) for each in self._reading.get(var, ())):
