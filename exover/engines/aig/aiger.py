@@ -8,7 +8,7 @@ from exover.engines.aig.graph import Circuit, Literal, ordered
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What a symbol table says, in the order of what is named: "" for what has no name, nothing at the end."""
+    """A symbol table: names in the order of what is named; "" for none, and names at the end may be left out."""
 
     inputs: tuple[str, ...] = ()
     latches: tuple[str, ...] = ()
@@ -18,7 +18,7 @@ class Names:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """What a file says.
+    """The contents of a file.
 
     `justice`: for each question literals; is there a run in which each of them, and each of `fairness`, is true again
     and again? `comment`: lines.
@@ -104,7 +104,7 @@ def binary(document: Document) -> bytes:
 
 
 def _packed(number: int) -> bytes:
-    """Return a number in groups of seven bits, the lowest first, all but the last marked."""
+    """Return a number in groups of seven bits, the lowest first; the high bit marks all but the last."""
     found = bytearray()
     while number > 127:
         found.append(number & 127 | 128)

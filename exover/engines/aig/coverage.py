@@ -1,4 +1,4 @@
-"""What runs have shown of a state space: which pairs of values they had together, and which modes they were in."""
+"""State coverage of runs: which pairs of latch values occurred together, and which modes."""
 
 import ctypes
 from array import array
@@ -10,14 +10,14 @@ from exover.engines.aig.lanes import LaneWord, lowest
 from exover.engines.aig.state import Latches
 
 BITS = 4
-"""Of numbers so many bits count, the least significant ones."""
+"""How many bits of a number count, the least significant ones."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoverageGoals:
     """The latches, by their nodes, whose values tell what is new.
 
-    `pairs`: a pair of them with values that no run had together before is new; `mode`: so is a valuation of all these.
+    `pairs`: two of these with values that no run had together before are new; `mode`: so is a valuation of all these.
     """
 
     pairs: tuple[int, ...] = ()
@@ -25,7 +25,7 @@ class CoverageGoals:
 
 
 def coverage_goals(*states: Latches) -> CoverageGoals:
-    """Return what is to be covered of states: pairs of all that is not held, and the mode.
+    """Return the coverage goals of states: pairs of all variables that are not held, and the mode.
 
     The mode is what states of modules and latches of the spec are: what is done next depends on them, and to come to
     a valuation of them may take many steps (a mode of a hybrid automaton; Alur, Courcoubetis et al. 1995).
@@ -44,9 +44,9 @@ def coverage_goals(*states: Latches) -> CoverageGoals:
 
 
 def value_pairs(signals: int) -> "array[int]":
-    """Return all pairs of values of so many signals, one after the other, by their distance.
+    """Return all pairs of values of two different signals, as a flat array ordered by the distance of the places.
 
-    The place of a value is twice that of its signal, plus one where the signal is false. Pairs of one signal are none.
+    The place of a value is `2 * k` where the signal at place `k` is true, `2 * k + 1` where it is false.
     """
     count = 2 * signals
     found = array("I")
@@ -60,7 +60,7 @@ def value_pairs(signals: int) -> "array[int]":
 
 
 class PairCoverage:
-    """Pairs of signals, by their places, that no run of those that were shown had true together."""
+    """Pairs of signals, by their places, that were never true together in the states covered so far."""
 
     def __init__(self, pairs: "array[int]") -> None:
         """Take pairs: places, two for each."""
@@ -71,9 +71,9 @@ class PairCoverage:
         return len(self._pairs) // 2
 
     def cover(self, signals: Sequence[LaneWord], lanes: int, most: int) -> list[int]:
-        """Return up to so many lanes that have pairs none had before, each with one that those before it have not.
+        """Return up to `most` lanes in which uncovered pairs are true, each with a pair that the lanes before it lack.
 
-        Pairs that these lanes have are covered, in the order of the pairs; where `most` is reached the others stay.
+        Pairs of these lanes are covered from then on; those of other lanes stay uncovered.
         """
         native = kernel()
         if native is None:
@@ -102,7 +102,7 @@ class PairCoverage:
 
 
 class ModeCoverage:
-    """Valuations of some signals that runs had, as far as they are kept."""
+    """Valuations of some signals in the lanes that were returned so far."""
 
     def __init__(self) -> None:
         self._known: set[tuple[str, ...]] = set()
@@ -112,7 +112,7 @@ class ModeCoverage:
         return len(self._known)
 
     def cover(self, signals: Sequence[LaneWord], lanes: int, most: int) -> list[int]:
-        """Return up to so many lanes that have a valuation none had before, each another one; the others stay new."""
+        """Return up to `most` lanes with new valuations, one for each valuation; other valuations stay new."""
         rows = (f"{word:0{lanes}b}"[::-1] for word in signals)
         found: list[int] = []
         for lane, valuation in enumerate(zip(*rows, strict=True)):

@@ -14,11 +14,11 @@ from exover.engines.aig.lanes import LaneState, LaneWord, PackedState
 
 NOTHING: Mapping[int, LaneWord] = {}
 WORTH = 1000
-"""Conjunctions from which on it is worth while to compile what evaluates them."""
+"""The number of nodes from which on a cone is evaluated in C."""
 Fetch = Callable[[Sequence[LaneWord]], Iterable[LaneWord]]
 """Returns the operands of a batch of conjunctions among the values so far."""
 ConeValues = Any
-"""The values of a cone, as only the evaluator knows them that made them."""
+"""The values of a cone, in a format known only to the evaluator that made them."""
 
 
 class Evaluator(Protocol):
@@ -33,7 +33,7 @@ class Evaluator(Protocol):
         ...
 
     def somewhere(self, values: ConeValues, literals: Sequence[Literal], lanes: LaneWord) -> Sequence[int]:
-        """Return which literals of the cone, by place, are true in some of the lanes, which leaves or a state name."""
+        """Return the places of the literals that are true in some of the lanes."""
         ...
 
     def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> Sequence[int]:
@@ -41,7 +41,7 @@ class Evaluator(Protocol):
         ...
 
     def after(self, values: ConeValues, going: LaneWord) -> LaneState:
-        """Return, by node, where the latches are true after the step, which the lanes take that are `going`."""
+        """Return, by node, where the latches are true after the step; lanes that are not `going` take no step."""
         ...
 
 
@@ -177,7 +177,7 @@ def _taken(before: LaneWord, after: LaneWord, going: LaneWord) -> LaneWord:
 
 
 def _is_beyond(lanes: LaneWord, size: int) -> bool:
-    """Return whether some of these lanes are in no word of so many bytes, for no leaf names them."""
+    """Return whether some of these lanes lie beyond words of so many bytes."""
     return lanes.bit_length() // 64 * 8 + 8 > size
 
 
@@ -192,7 +192,7 @@ def _held(memory: bytearray) -> "ctypes.Array[ctypes.c_char]":
 
 
 def evaluator(circuit: Circuit, roots: Iterable[Literal], latches: Sequence[LatchNode] = ()) -> Evaluator:
-    """Return what evaluates the cone of these literals, and these latches after the step."""
+    """Return the evaluator of the cone of these literals, and of these latches after the step."""
     nodes = circuit.cone([*roots, *(latch.next for latch in latches)])
     known = {latch.node for latch in latches}
     others = sorted(node for node in nodes - known if node and circuit.fanins[node] is None)
@@ -204,7 +204,7 @@ def evaluator(circuit: Circuit, roots: Iterable[Literal], latches: Sequence[Latc
 
 
 def whole_evaluator(circuit: Circuit) -> Evaluator:
-    """Return what evaluates all that is asked of a circuit, and all its latches after the step."""
+    """Return the evaluator of all bad literals of a circuit, and of all its latches after the step."""
     return evaluator(circuit, circuit.bad, circuit.latches)
 
 
@@ -246,7 +246,7 @@ def _batches(
 
 
 def _fetch(places: list[int]) -> Fetch:
-    """Return what reads these places."""
+    """Return the function that reads these places of the values."""
     if len(places) == 1:
         return itemgetter(slice(places[0], places[0] + 1))
     return itemgetter(*places)

@@ -2,8 +2,8 @@
 
 Many runs go side by side. What counts as new is a *pair* of latches with values that no run had together before, a
 *mode* (a valuation of all states of modules and latches of the spec) in which none was, or a bad literal that none made
-true. States in which that was so are kept, and the next runs begin there, so that what has long preconditions is come
-to by and by (after AFL's corpus and ATPG's state coverage).
+true. States in which that was so are kept, and the next runs begin there, so that states with long preconditions are
+reached little by little (after AFL's corpus and ATPG's state coverage).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,14 +24,14 @@ LANES = 1024
 STEPS = 12
 """Steps of a round."""
 SEEDS = 64
-"""From so many states a round begins: half of them the last, to go on, the others any, lest the last lead nowhere."""
+"""From how many kept states a round begins: half are the latest, the others random, lest the latest lead nowhere."""
 PATIENCE = 8
-"""So many rounds may show nothing new."""
+"""How many rounds in a row may show nothing new."""
 ROUNDS = 30
 MOST_PAIRS = 100_000
-"""Up to so many pairs of values are looked for, unless more are asked for."""
+"""How many pairs of values are looked for at most, if no other number is given."""
 MOST_NEW = 64
-"""Up to so many states are kept at once for their pairs, and as many for their modes."""
+"""How many states are kept at once, at most, for new pairs, and as many for new modes."""
 
 T = TypeVar("T")
 
@@ -88,7 +88,7 @@ class Exploration:
     """Looks for runs to the bad literals that are asked about, by index; if none is, for what is new alone.
 
     `goals`: what counts as new, of up to `most_pairs` pairs, those of the first latches; `lanes`: how many runs go
-    side by side. `cone`: what evaluates all bad literals and latches, if there is something already.
+    side by side. `cone`: an evaluator of all bad literals and latches, if there is one already.
     """
 
     circuit: Circuit
@@ -112,7 +112,7 @@ class Exploration:
         self._chosen = [node for node in self.goals.pairs if node in kept]
         while len(self._chosen) * (len(self._chosen) - 1) * 2 > self.most_pairs:
             self._chosen.pop()
-        # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
+        # a round keeps few states: with pairs ordered by distance, these cover all latches, not the first ones alone
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
         """The pairs of values of chosen latches that no run had."""
         self._mode = [node for node in self.goals.mode if node in kept]
@@ -123,13 +123,13 @@ class Exploration:
         self._done = 0
 
     def _focus(self) -> None:
-        """Evaluate no more than what is still looked for, and the next state."""
+        """Evaluate only the bad literals left, and the next state."""
         self._looked_for = len(self.left)
         roots = [self.circuit.bad[index] for index in self.left]
         self._cone = self.cone or evaluator(self.circuit, roots, self._latches)
 
     def follow(self, runs: Sequence[Inputs]) -> dict[int, Reachable]:
-        """Follow known runs side by side, return runs to what they show, and start from their ends later on."""
+        """Follow known runs side by side, keep their ends as seeds, and return all runs found so far, by index."""
         state = initial(self._latches, (1 << len(runs)) - 1)
         for step in range(max(map(len, runs), default=0)):
             going, inputs = side_by_side(runs, step)
@@ -156,7 +156,7 @@ class Exploration:
 
     @property
     def _known(self) -> tuple[int, int, int]:
-        """Numbers that are others when something new was seen."""
+        """Counts that change iff something new is seen."""
         return len(self.left), len(self._pairs), len(self._modes)
 
     def corpus(self, most: int) -> list[Seed]:
@@ -185,7 +185,7 @@ class Exploration:
                 self._cover(begun, tuple(inputs), state)
 
     def _seen(self, values: ConeValues, lanes: LaneWord) -> Iterator[tuple[int, LaneWord]]:
-        """Yield what is looked for and true in some of the lanes, and in which; it is not looked for any more."""
+        """Yield the indices left whose bad literals are true in some lanes, with these lanes, and remove them."""
         asked = list(self.left)
         bad = [self.circuit.bad[index] for index in asked]
         for place in self._cone.somewhere(values, bad, lanes):
@@ -212,5 +212,5 @@ class Exploration:
 
 
 def _run(begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
-    """Return the run of a lane, which began at the end of one of these, they dealt out in turn, and had such inputs."""
+    """Return the run of a lane: one of `begun`, which are dealt out in turn, then the inputs of the lane."""
     return (*begun[lane % len(begun)], *(at_lane(words, lane) for words in inputs))

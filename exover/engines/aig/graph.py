@@ -66,7 +66,7 @@ class Influence:
             )
 
     def on(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
-        """Return the latches, in their order."""
+        """Return the latches in the cone of influence of literals, in their order."""
         found, new = 0, reduce(or_, (self._read[root >> 1] for root in roots), 0)
         while new:
             found |= new
@@ -82,7 +82,7 @@ def cone(
 ) -> set[int]:
     """Return the nodes that literals depend on within one step, their own included.
 
-    `following`: by latch what it is after a step, for those of which this is to be followed in any number of steps.
+    `following`: by latch its next-state literal, for latches through which any number of steps is followed.
     """
     seen: set[int] = set()
     stack = [root >> 1 for root in roots]
@@ -204,7 +204,7 @@ class Graph:
         return pool[first : first + count]
 
     def replace(self, circuit: Circuit) -> None:
-        """Become the graph of a circuit of the same inputs and latches; what is in no cone of it is not found again."""
+        """Become the graph of a circuit with the same inputs and latches; structural hashing knows its cones only."""
         self.fanins = list(circuit.fanins)
         nodes = circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)])
         self._known = {(min(pair), max(pair)): 2 * node for node, *pair in ordered(circuit, nodes)}

@@ -1,4 +1,4 @@
-"""The inner loops of simulation in C, where a compiler is there."""
+"""The inner loops of simulation in C, if there is a compiler."""
 
 import ctypes
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ CFunction = Callable[..., int]
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
-    """The functions of simulate.c, of which each says there what it takes."""
+    """The functions of simulate.c, where their arguments are described."""
 
     simulate: CFunction
     follow: CFunction
@@ -30,7 +30,7 @@ class Kernel:
 
 @cache
 def kernel() -> Kernel | None:
-    """Return the loops, compiled once a process, or None where that cannot be."""
+    """Return the functions, compiled once a process; None if they cannot be compiled or loaded."""
     try:
         library = loaded(_make, "cannot load it")
     except NativeUnavailable:
@@ -48,9 +48,9 @@ def kernel() -> Kernel | None:
 
 @contextmanager
 def compiled_beside() -> Iterator[None]:
-    """Have the loops compiled while the body does other work; no other thread is left when it ends.
+    """Compile the loops in a thread while the body does other work, and join the thread at its end.
 
-    If it raises, the compiler is not waited for.
+    If the body raises, the compiler is not waited for.
     """
     thread = Thread(target=kernel, daemon=True)
     thread.start()

@@ -1,4 +1,4 @@
-"""Many runs side by side: a Python integer says of one signal in which runs it is true, a bit (a *lane*) for each."""
+"""Many runs side by side: a Python integer says in which runs a literal is true, a bit (a *lane*) for each run."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
@@ -34,7 +34,7 @@ class PackedState(Mapping[int, LaneWord]):
         return len(self.places)
 
     def differing(self, other: "PackedState") -> LaneWord | None:
-        """Return in which lanes two states differ, None if they do not stand alike in memory."""
+        """Return in which lanes two states differ, None if their memory is laid out otherwise."""
         if self.places is not other.places or self.size != other.size:
             return None
         size, found = self.size, 0
@@ -85,7 +85,7 @@ def at_lane(words: Mapping[int, LaneWord], lane: int) -> frozenset[int]:
 
 
 def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[LaneWord, dict[int, LaneWord]]:
-    """Return in which lanes there is a step of this number, a lane for each run, and its inputs."""
+    """Return which runs, a lane for each, have a step of this number, and by input in which of them it is true."""
     lanes: dict[frozenset[int], LaneWord] = {}
     for lane, steps in enumerate(runs):
         if number < len(steps):

@@ -1,4 +1,4 @@
-"""Random events as inputs of a circuit, drawn for each lane of a simulation by itself."""
+"""Random events as inputs of a circuit, drawn independently for each lane of a simulation."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -35,18 +35,18 @@ class RandomEvents:
 
     @cached_property
     def _given(self) -> tuple[int, ...]:
-        """The nodes of all inputs but those that say which event it is, and those that move reals."""
+        """The nodes of all inputs but the number of the event and the shifts of reals."""
         others = {*self.encoding.code, *self.encoding.shifts}
         return tuple(node for node in self.encoding.graph.inputs if node not in others)
 
     def move(self) -> int:
-        """Return the number of some kind of event, half of the time of an ask."""
+        """Return the number of a random kind of event: of an ask half of the time, else of a verb drawn evenly."""
         verbs = self._numbers
         kinds = verbs.get("ask") if self.source.random() < 0.5 else None
         return self.source.choice(kinds or verbs[self.source.choice(list(verbs))])
 
     def word(self, moves: int) -> list[int]:
-        """Return a few moves of few kinds, among reports of every slot."""
+        """Return a random word, as numbers of kinds: `moves` events of few kinds, and a report of every slot."""
         source = self.source
         choices = [self.move() for _ in range(source.randint(1, moves))]
         found = [source.choice(choices) for _ in range(moves)]
@@ -55,7 +55,7 @@ class RandomEvents:
         return found
 
     def inputs(self, kinds: Sequence[int]) -> dict[int, LaneWord]:
-        """Return inputs that are events of these kinds, a number for each lane, with random values."""
+        """Return the inputs of a step with random values; `kinds`: by lane the number of its kind of event."""
         lanes = len(kinds)
         words = {node: self.source.getrandbits(lanes) for node in self._given}
         for bit, node in enumerate(self.encoding.code):

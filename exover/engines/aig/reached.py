@@ -1,4 +1,4 @@
-"""States that some run reaches, side by side, so that a set of states is asked for one of them at once."""
+"""States that simulated runs reached, a bit each of machine words, so that all are compared with a cube at once."""
 
 from collections.abc import Iterable
 from dataclasses import field
@@ -17,8 +17,8 @@ Cube = tuple[Literal, ...]
 class Reached:
     """The states of simulated runs of a circuit, the start among them.
 
-    `words`: by literal of a latch the states where it is true; the states of each of the runs stand from its place on,
-    step by step, in each step lane by lane.
+    `words`: by literal of a latch the states where it is true, a bit each. `runs`: runs with the place of their first
+    state; their states stand from there on, step by step, in each step lane by lane.
     """
 
     words: dict[Literal, LaneWord]
@@ -49,7 +49,7 @@ class Reached:
         return (1 << self.size) - 1 if left is None else left
 
     def path(self, states: LaneWord) -> Inputs:
-        """Return one of the runs that lead to one of these states, which are not none."""
+        """Return a run to one of these states; there must be at least one."""
         first = (states & -states).bit_length() - 1
         place, runs = next((place, runs) for place, runs in reversed(self.runs) if place <= first)
         step, lane = divmod(first - place, runs.lanes)
@@ -57,7 +57,7 @@ class Reached:
 
 
 def reached(latches: Iterable[LatchNode], runs: Runs) -> Reached:
-    """Return the states of runs, of these latches, all of which were simulated."""
+    """Return the states of runs as values of these latches, all of which must have been simulated."""
     found = Reached({2 * latch.node + sign: 0 for latch in latches for sign in (0, 1)})
     found.add(runs)
     return found

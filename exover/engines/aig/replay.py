@@ -1,4 +1,4 @@
-"""Runs of a circuit from the start, all at once: each has a bit of the numbers that its signals are."""
+"""Runs of a circuit from the start, replayed side by side, a lane for each."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from exover.engines.aig.lanes import initial, side_by_side
 
 
 def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[bool]:
-    """Return of each literal and run whether the run makes it true in its last step."""
+    """Return for each literal with its run whether the run makes the literal true in its last step."""
     everywhere = (1 << len(goals)) - 1
     state = initial(circuit.latches, everywhere)
     cone = evaluator(circuit, [literal for literal, _ in goals], circuit.latches)

@@ -9,9 +9,9 @@ from exover.engines.aig.lanes import LaneWord, differing, initial, lowest, side_
 from exover.model.lasso import moves
 
 MOVED = 32
-"""Of runs of up to so many steps any one is tried to take the place of another."""
+"""Up to this length, runs are tried with any step in the place of another."""
 WIDEST = 4096
-"""So many runs are followed at once."""
+"""How many runs are followed at once, at most."""
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
@@ -21,7 +21,7 @@ def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None
     blocks of a size and those of all runs side by side, and of those that can be dropped as many as can together. Then
     a step takes the place of another, and is left out where it was. From the result no single step can be dropped, none
     can take the place of another, and no step but the last makes the literal true. A run that never makes its literal
-    true is a ValueError. `cone`: what evaluates all bad literals and latches, if there is something already.
+    true is a ValueError. `cone`: an evaluator of all bad literals and latches, if there is one already.
     """
     found = _Shortening(circuit, runs, cone)
     found.settle()
@@ -48,7 +48,7 @@ def _drop_blocks(found: "_Shortening", sizes: dict[int, int]) -> None:
 
 
 class _Shortening:
-    """Runs, as short as they are known to do, and what evaluates them."""
+    """Runs, each the shortest that is known so far, and their evaluator."""
 
     def __init__(self, circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None) -> None:
         self.circuit, self.runs = circuit, dict(runs)
@@ -111,7 +111,7 @@ class _Shortening:
     def drop_more(
         self, sizes: Mapping[int, int], found: Mapping[int, tuple[Inputs, Sequence[int]]]
     ) -> dict[int, Inputs]:
-        """Return what is left when many blocks are dropped, of those that each can be, if that is seen to do."""
+        """Return the shortest runs seen when many blocks that can each be dropped are dropped together."""
         tried: list[tuple[int, Inputs]] = []
         for index, (_, places) in found.items():
             apart = _apart(places, sizes[index])
@@ -136,7 +136,7 @@ class _Shortening:
         return shorter
 
     def _ends(self, tried: Sequence[tuple[int, Inputs]]) -> list[Inputs]:
-        """Return runs up to where they make the literal of an index true, those of no step that do not."""
+        """Return each run up to where it first makes the literal of its index true; `()` if it never does."""
         runs = [run for _, run in tried]
         everywhere = (1 << len(runs)) - 1
         found: list[Inputs] = [()] * len(runs)
@@ -174,7 +174,7 @@ class _Shortening:
 
 
 def doublings(most: int) -> list[int]:
-    """Return how many of so many are tried together: 2, 4, 8, … and all; nothing if there are not two."""
+    """Return how many of `most` are tried together: 2, 4, 8, … and all; nothing if there are not two."""
     return [*(1 << k for k in range(1, most.bit_length()) if 1 << k < most), most] if most > 1 else []
 
 

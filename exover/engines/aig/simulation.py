@@ -16,7 +16,7 @@ STEPS = 40
 
 
 def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) -> Stimulus:
-    """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
+    """Return inputs drawn from the known ones, at first mostly those of a run; some bits of some lanes are flipped."""
     nodes = sorted(frozenset().union(*known, *first))
 
     def words(step: int, _: Mapping[int, LaneWord]) -> dict[int, LaneWord]:
@@ -70,7 +70,7 @@ class Runs:
 
 @dataclass(frozen=True, slots=True)
 class Simulator:
-    """What evaluates bad literals (by index) and all that they depend on."""
+    """Simulates bad literals (by index) and their cone of influence."""
 
     circuit: Circuit
     asked: tuple[int, ...]
@@ -100,7 +100,7 @@ class Simulator:
 
 
 def simulator(circuit: Circuit, asked: Iterable[int] | None = None) -> Simulator:
-    """Return what evaluates these bad literals (by index; all if `None`)."""
+    """Return the simulator of these bad literals (by index; all if `None`)."""
     asked = tuple(range(len(circuit.bad)) if asked is None else asked)
     roots = [circuit.bad[index] for index in asked]
     latches = circuit.support(roots)

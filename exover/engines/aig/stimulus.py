@@ -13,7 +13,7 @@ from exover.engines.aig.simulation import LANES, Stimulus
 from exover.loop.exact.events import Kind
 
 TRIES = 2
-"""So often a lane draws an event, unless it has one before that can happen."""
+"""How many times a lane draws an event, until it has one that can happen."""
 WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, "observe level": 4}
 """How often events of a kind are drawn, in proportion."""
 
@@ -63,10 +63,10 @@ class Stimulated(Protocol[E]):
 
 @dataclass(frozen=True, slots=True)
 class _Wheel:
-    """A circle of events in random order. Its words are those of a whole turn, and of as many places more as lanes.
+    """A circle of events in random order; its words hold a whole turn, and as many places more as there are lanes.
 
-    `code`: by bit of the number of an event where it is true; `enabled`: by latch, or None, where the events stand that
-    it enables, or that always can come.
+    `code`: by bit of the number of an event the places where it is true; `enabled`: by latch the places of the events
+    that it enables, by None of those that can always come.
     """
 
     places: int

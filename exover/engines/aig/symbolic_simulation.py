@@ -1,4 +1,4 @@
-"""Steps of a circuit from symbolic states with the inputs set to constants: what is left of a step is one event's.
+"""Symbolic simulation: steps from symbolic states with constant inputs, so that each step is one of a single event.
 
 A state is given as literals over the latches of some moment; constants are folded by the graph in which all is built.
 """
@@ -11,11 +11,11 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, cone, ordered
 
 Symbolic = Mapping[int, Literal]
-"""By node of a latch what it is."""
+"""A symbolic state: by node of a latch its literal."""
 
 
 def copied(graph: Graph) -> Graph:
-    """Return a graph with the same nodes that can grow apart."""
+    """Return a copy of a graph: what is added to one is not in the other."""
     return Graph(list(graph.fanins), list(graph.inputs), list(graph.latches), dict(graph._known))
 
 
@@ -23,8 +23,8 @@ def copied(graph: Graph) -> Graph:
 class SymbolicSimulation:
     """Runs of constant inputs from one symbolic state; runs that begin alike share the steps that they share.
 
-    `watched`: literals over a state and a step that are asked of each step. What they are, and the states, is built in
-    `graph`.
+    `watched`: literals over state and inputs that are evaluated in each step. Their values, and the states, are
+    literals of `graph`.
     """
 
     graph: Graph
@@ -41,7 +41,7 @@ class SymbolicSimulation:
         self._inputs = set(self.circuit.inputs)
 
     def seen(self, run: Inputs) -> list[Literal]:
-        """Return, by watched literal, where some step of this run makes it true."""
+        """Return for each watched literal where, over the first state, some step of this run makes it true."""
         found: list[list[Literal]] = [[] for _ in self.watched]
         for length in range(1, len(run) + 1):
             for index, literal in enumerate(self._after(run[:length])[1]):
@@ -61,7 +61,7 @@ class SymbolicSimulation:
         return known
 
     def step(self, state: Symbolic, true: Iterable[int]) -> tuple[Symbolic, tuple[Literal, ...]]:
-        """Return the state after a step, and the watched literals."""
+        """Return the state after a step with these true inputs, and the watched literals in it."""
         values = [FALSE] * len(self.circuit.fanins)
         for latch in self._latches:
             values[latch.node] = state[latch.node]
@@ -78,7 +78,7 @@ class SymbolicSimulation:
 
 
 def substituted(graph: Graph, roots: Iterable[Literal], leaves: Mapping[int, Literal]) -> list[Literal]:
-    """Return literals with some of the inputs and latches replaced; the others stay as they are."""
+    """Return literals with inputs and latches substituted; `leaves`: by node its literal, others stay as they are."""
     roots = list(roots)
     values = {0: FALSE, **leaves}
     for node in sorted(cone(graph.fanins, roots)):
