@@ -1,4 +1,4 @@
-"""Berkeley ABC (Brayton, Mishchenko 2010) as a process: what it claims of a circuit, as far as it can be seen to be so.
+"""Berkeley ABC (Brayton, Mishchenko 2010) as a process: its claims about a circuit, as far as they can be checked.
 
 It looks for runs and for proofs by property directed reachability (Bradley 2011). Its invariants count if they are
 inductive in the circuit as it was given, its runs if they replay. It gets latches that are all false at the start, and
@@ -31,8 +31,8 @@ READ = "read_aiger circuit.aig"
 REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
 PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
 ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (12, f"{READ}; {REDUCE}; {PROVE}")
-"""The part of its time, at least two seconds, that a question may cost in each round of proofs, and what is run then:
-most are proved sooner than the circuit could be reduced, some only of a reduced one."""
+"""By round of proofs: `n`, where a question may cost 1 / `n` of ABC's time, at least two seconds; and the script.
+Most are proved sooner than the circuit could be reduced, some only of a reduced one."""
 ALONE: tuple[tuple[int, str], ...] = (12, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
 FIRST, BOTH = slice(1), slice(2)
@@ -42,7 +42,7 @@ BRIEF = 5.0
 UNROLL = f"{READ}; bmc3 -a -x -F 14 -H 200 -T {BRIEF:.0f}; write_cex -a runs.txt"
 """Bounded model checking of all questions together, a fifth of a second for each."""
 GUESS = 200_000
-"""The propagations that it may cost to see whether clauses exclude what the program does not claim to be proved."""
+"""Propagations for checking whether the clauses exclude a bad literal that the program does not claim to be proved."""
 SLACK = 6
 """How many times as long as its time of a processor the program may take by the clock before it is ended."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
@@ -72,7 +72,7 @@ def find(given: str | None = None) -> str:
 
 @cache
 def unusable(program: str) -> str:
-    """Return why a program is not ABC as it is needed here, or nothing: it is asked of a bit that changes, once."""
+    """Return why a program does not serve as ABC, "" if it does; it is asked once, about a latch that toggles."""
     fanins = (None, None, None, (3, 4))
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
@@ -95,7 +95,7 @@ def decide(
     rounds: slice = BOTH,
     stop: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
+    """Say the answer to each bad literal, by its place; claims of the program that are not confirmed are `Open`.
 
     `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
     `rounds`: which are run; what the first leaves open the second asks of a smaller circuit, unless it is to `stop`.
@@ -145,13 +145,13 @@ def unrolled(circuit: Circuit, program: str) -> dict[int, Inputs]:
 
 
 def _spent() -> float:
-    """Return the seconds of a processor that programs had which we started, and which have ended (Windows: 0)."""
+    """Return the processor time, in seconds, of child processes that have ended (Windows: 0)."""
     times = os.times()
     return times.children_user + times.children_system
 
 
 def _remaining(end: float | None) -> float | None:
-    """Return the seconds until so many are spent. Raises `_Stopped` if there are none."""
+    """Return the seconds that are left until `end`, as `_spent` counts. Raises `_Stopped` if there are none."""
     if end is None:
         return None
     left = end - _spent()
@@ -204,7 +204,7 @@ def _confirm_proofs(
 
 
 def _confirm_runs(question: AbcQuestion, found: Mapping[int, Inputs], say: SayAnswer) -> set[int]:
-    """Say what runs reach that replay, and return the places of it."""
+    """Say which bad literals are reached by runs that replay, and return their places."""
     claimed = [(question.places[n], each) for n, each in sorted(found.items()) if n < len(question.places)]
     goals = [(question.circuit.bad[place], each) for place, each in claimed]
     reached = set()
@@ -258,7 +258,7 @@ def _text(file: Path) -> str:
 
 
 def _limited(command: list[str], memory: int | None) -> list[str]:
-    """Return a command that has so many MiB of memory, where there is a shell that knows how."""
+    """Return a command that is limited to so many MiB of memory, on POSIX."""
     if memory is None or os.name != "posix":
         return command
     return ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(memory * 1024), *command]

@@ -1,4 +1,4 @@
-"""What ABC prints and writes, read."""
+"""Parsers of what ABC prints and writes."""
 
 import re
 from collections.abc import Iterator
@@ -20,12 +20,12 @@ Steps = tuple[tuple[bool, ...], ...]
 
 
 class NoOutput(ValueError):
-    """What is read is not what ABC writes; the message says where."""
+    """The text is not what ABC writes; the message says where."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """How many outputs ABC says that it proved, disproved, and left undecided; `late`: which took too long."""
+    """How many outputs ABC says that it proved, disproved, and left undecided; `late`: the outputs that timed out."""
 
     proved: int
     disproved: int
@@ -34,7 +34,7 @@ class Tally:
 
 
 def tally(printed: str) -> Tally | None:
-    """Return what the last line `Properties:` of `pdr -a` says, if there is one that adds up."""
+    """Return what the last line `Properties:` of `pdr -a` says; None if there is none, or its sums are wrong."""
     printed = COLOUR.sub("", printed)
     found = PROPERTIES.findall(printed)
     if not found:
@@ -67,7 +67,7 @@ def _latch(name: str) -> int:
 
 
 def runs(text: str, inputs: int) -> dict[int, Steps]:
-    """Return the runs that `write_cex -a` wrote, by output; each step has so many inputs. Raises `NoOutput`."""
+    """Return the runs that `write_cex -a` wrote, by output; `inputs`: how many a step has. Raises `NoOutput`."""
     return dict(_runs(text, inputs))
 
 

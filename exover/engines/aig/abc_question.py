@@ -1,4 +1,4 @@
-"""Questions to ABC as files: bad literals of a circuit whose latches are all false at the start, written and read."""
+"""Questions to ABC: a circuit as an AIGER file in which all latches are false at the start, and answers read back."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,11 +17,14 @@ class AbcQuestion:
 
     @property
     def bad(self) -> list[Literal]:
-        """The literals."""
+        """The bad literals that are asked about."""
         return [self.circuit.bad[place] for place in self.places]
 
     def written(self) -> bytes:
-        """Return the circuit, all latches false at the start, with at least one input and one latch, as a file."""
+        """Return the circuit as a binary AIGER file with at least one input and one latch.
+
+        Latches that are true at the start are complemented in it.
+        """
         circuit = self.circuit
         flipped = {latch.node for latch in circuit.latches if latch.initial}
 
@@ -43,7 +46,7 @@ class AbcQuestion:
         return aiger.binary(aiger.Document(padded, names=names))
 
     def invariant(self, cubes: Sequence[Mapping[int, bool]]) -> tuple[Clause, ...]:
-        """Return the clauses that exclude cubes of latches, these by place and as they are in the file."""
+        """Return clauses of the circuit that exclude the cubes; these are of the file, with the latches by place."""
         latches = self.circuit.latches
         return tuple(
             tuple(2 * latches[place].node + (value != latches[place].initial) for place, value in cube.items())
@@ -51,6 +54,6 @@ class AbcQuestion:
         )
 
     def inputs(self, steps: Sequence[Sequence[bool]]) -> Inputs:
-        """Return a run."""
+        """Return a run; `steps`: by step the values of the inputs in their order."""
         nodes = self.circuit.inputs
         return tuple(frozenset(n for n, value in zip(nodes, step, strict=False) if value) for step in steps)

@@ -1,4 +1,4 @@
-"""What a solver says of a circuit's questions."""
+"""Answers of model checkers to the questions of a circuit."""
 
 from collections.abc import Callable
 
@@ -14,8 +14,8 @@ Inputs = tuple[frozenset[int], ...]
 class Unreachable:
     """No run makes the bad literal true.
 
-    `invariant`: clauses that the start satisfies, that every step from states of all of them keeps, and that exclude
-    the bad literal.
+    `invariant`: clauses that form an inductive invariant: the start satisfies them, every step from a state of all of
+    them leads to such a state; and they exclude the bad literal.
     """
 
     invariant: tuple[Clause, ...]
@@ -30,14 +30,14 @@ class Reachable:
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """It is not known, for this reason."""
+    """The question is left open, for this reason."""
 
     reason: str
 
 
 @dataclass(frozen=True, slots=True)
 class Inductive:
-    """No run makes the bad literal true, as induction shows of it and others together."""
+    """No run makes the bad literal true: induction proves it of this and other bad literals together."""
 
 
 Answer = Unreachable | Reachable | Open
@@ -45,4 +45,4 @@ Settled = Answer | Inductive
 SayAnswer = Callable[[int, Answer], None]
 """Takes the index of a bad literal, and the answer."""
 SaySettled = Callable[[int, Settled], None]
-"""The same, where induction is tried."""
+"""The same; the answer may be `Inductive`, too."""

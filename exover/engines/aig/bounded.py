@@ -1,4 +1,4 @@
-"""Shortest runs: steps of a circuit unrolled from the start, one after the other (Biere et al. 1999)."""
+"""Bounded model checking: a circuit unrolled step by step, and shortest runs (Biere et al. 1999)."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -11,18 +11,18 @@ from exover.engines.aig.solver import Exhausted, Solver
 
 @dataclass
 class Unrolling:
-    """What bad literals are in the first steps of runs; constants of the start are folded.
+    """The first steps of all runs in one graph, with inputs of their own; constants of the start are folded.
 
-    `begun`: by node of a latch what it is before the first step, if runs begin elsewhere than at the start.
+    `begun`: by node of a latch its literal before the first step, if runs begin elsewhere than at the start.
     """
 
     circuit: Circuit
     graph: Graph = field(default_factory=Graph)
     steps: list[dict[int, Literal]] = field(default_factory=list)
-    """By step what inputs are in the graph, by node."""
+    """By step, by node of an input, its literal in the graph."""
     begun: Mapping[int, Literal] | None = None
     state: Mapping[int, Literal] = field(init=False)
-    """By node of a latch what it is after the last step."""
+    """By node of a latch its literal after the last step."""
 
     def __post_init__(self) -> None:
         self._latches = self.circuit.support(self.circuit.bad)
@@ -33,7 +33,7 @@ class Unrolling:
         self.state = start if self.begun is None else self.begun
 
     def step(self) -> list[Literal]:
-        """Take one more step, and return what the bad literals are in it."""
+        """Unroll one more step, and return the bad literals in it as literals of the graph."""
         inputs = {node: self.graph.input() for node in self._inputs}
         values = {0: FALSE, **self.state, **inputs}
         for node, left, right in self._conjunctions:
@@ -43,7 +43,7 @@ class Unrolling:
         return [values[bad >> 1] ^ (bad & 1) for bad in self.circuit.bad]
 
     def run(self, solver: Solver) -> Inputs:
-        """Return the run of the last model of a solver of the graph."""
+        """Return the run that the last model of a solver of the graph describes."""
         true = solver.true(literal >> 1 for inputs in self.steps for literal in inputs.values())
         return tuple(
             frozenset(node for node, literal in inputs.items() if literal >> 1 in true) for inputs in self.steps

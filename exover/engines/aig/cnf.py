@@ -1,7 +1,7 @@
-"""Clauses that say what the nodes of a circuit are, in fewer variables than nodes.
+"""CNF of a circuit by technology mapping: clauses that define its nodes, in fewer variables than nodes.
 
-A node is said in terms of up to `LEAVES` others: what only it uses stands for no variable of its own (Eén, Mishchenko,
-Sörensson 2007). A solver that decides every variable so has less than half to decide.
+A node is a function of up to `LEAVES` others, its leaves: nodes used only in between have no variable of their own
+(Eén, Mishchenko, Sörensson 2007). So a solver has less than half as many variables to decide.
 """
 
 from collections import Counter
@@ -11,18 +11,18 @@ from functools import cache
 from exover.engines.aig.graph import Circuit, Literal
 
 LEAVES = 5
-"""Of so many others a node is said at most."""
+"""The greatest number of leaves of a node."""
 VARIABLES = tuple(sum(1 << row for row in range(1 << LEAVES) if row >> place & 1) for place in range(LEAVES))
-"""The truth tables of the leaves: by row, a bit each, what they are."""
+"""The truth tables of the leaves: bit `r` is the value in row `r`."""
 Product = tuple[int, ...]
 """A conjunction or disjunction of leaves: the place of each plus one, negated where the leaf is false."""
 NodeClauses = tuple[tuple[int, ...], tuple[Product, ...]]
-"""The nodes that a node is made of, and clauses, of literals of these and, as the one after them, of the node."""
+"""The leaves of a node, and its clauses over the leaves and, as the variable after them, the node."""
 Fanins = tuple[tuple[Literal, Literal] | None, ...]
 
 
 class Cnf:
-    """The clauses of the nodes of a circuit: one that asks something, or else one that may grow."""
+    """The clauses of the nodes of a circuit; it may grow if it has no bad literals."""
 
     def __init__(self, circuit: Circuit) -> None:
         self._fanins: Fanins = ()
@@ -38,7 +38,7 @@ class Cnf:
             self.grow(circuit)
 
     def grow(self, circuit: Circuit) -> None:
-        """Go on with a circuit that has further nodes."""
+        """Continue with a circuit that has the same nodes and further ones."""
         self._count(circuit.fanins[len(self._fanins) :])
         self._fanins = circuit.fanins
 
@@ -46,7 +46,7 @@ class Cnf:
         self._uses.update([literal >> 1 for pair in pairs if pair is not None for literal in pair])
 
     def gate(self, node: int) -> NodeClauses | None:
-        """Return what a conjunction is made of, and the clauses that say how; None: the node is no conjunction."""
+        """Return the leaves of a conjunction and the clauses that define it; None: the node is no conjunction."""
         found = self._gates.get(node)
         if found is None:
             pair = self._fanins[node]
@@ -61,7 +61,7 @@ class Cnf:
         return tuple(leaves), _clauses(self._table(node, leaves), len(leaves))
 
     def _leaves(self, leaves: list[int]) -> list[int]:
-        """Return nodes that what these make is a function of: what is used but here is taken apart."""
+        """Return up to `LEAVES` nodes, a cut below these: nodes used only here are replaced by their fanins."""
         fanins, uses = self._fanins, self._uses
         while True:
             best: list[int] | None = None
@@ -94,13 +94,13 @@ class Cnf:
 
 @cache
 def _conjunction(first: int, second: int) -> tuple[Product, ...]:
-    """Return clauses that say that a node is the conjunction of two leaves, each complemented if it is said so by 1."""
+    """Return clauses that define a node as the conjunction of two leaves, each complemented if its argument is 1."""
     return _clauses((VARIABLES[0] ^ -first) & (VARIABLES[1] ^ -second) & 15, 2)
 
 
 @cache
 def _clauses(table: int, count: int) -> tuple[Product, ...]:
-    """Return clauses that say that a node is a function of so many leaves."""
+    """Return clauses that define a node by its truth table over so many leaves."""
     ones = (1 << (1 << count)) - 1
     node = count + 1
     found = [(*(-each for each in cube), node) for cube in _cover(table, table, count)[0]]

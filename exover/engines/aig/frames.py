@@ -1,4 +1,4 @@
-"""Frames: clauses that hold in every state that so many steps reach, and a solver that answers questions about them."""
+"""The frames of PDR, and a solver: clauses of frame `k` hold in every state that at most `k` steps reach."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -17,7 +17,7 @@ class Frames:
     """The frames, and questions about one step from a frame."""
 
     RENEW = 300
-    """How many questions leave a clause behind in the solver that means nothing any more, before it is made anew."""
+    """After how many dropped temporary clauses the solver is made anew."""
 
     def __init__(self, circuit: Circuit, known: Iterable[Clause], reached: Reached, stop: Callable[[], bool]) -> None:
         self.circuit, self.reached, self.stop = circuit, reached, stop
@@ -55,7 +55,7 @@ class Frames:
                 self._exclude(cube, self._gates[level])
 
     def _gate(self, level: int) -> None:
-        """See to it that the solver has literals that switch frames on, up to this one."""
+        """Make the activation literals of the frames up to this one, as far as they are missing."""
         while len(self._gates) <= level:
             gate = self.solver.fresh()
             if not self._gates:
@@ -80,7 +80,7 @@ class Frames:
         return self.solver.literal(self.following[literal >> 1] ^ (literal & 1))
 
     def ask(self, assumptions: Sequence[int]) -> bool:
-        """Return True iff some step satisfies the assumptions."""
+        """Return True iff some step satisfies the assumptions. Raises `Stopped` or `Exhausted`."""
         if self.stop():
             raise Stopped
         left = None if self.granted is None else self.granted - self.work
@@ -100,13 +100,13 @@ class Frames:
         self._dead += 1
 
     def step(self) -> tuple[Cube, frozenset[int]]:
-        """Return the state, as far as it matters, and the true inputs of the last answer."""
+        """Return the state, as far as the solver knows its latches, and the true inputs of the last model."""
         nodes = [latch.node for latch in self.latches if self.solver.knows(latch.node)]
         true = self.solver.true([*nodes, *self.inputs])
         return tuple(2 * node + (node not in true) for node in nodes), self.inputs & true
 
     def lifted(self, state: Cube, inputs: frozenset[int], goal: Sequence[int]) -> Cube:
-        """Return a part of the state from which these inputs lead to the goal as well (Chockler et al. 2011)."""
+        """Return literals of the state that suffice for these inputs to lead to the goal (Chockler et al. 2011)."""
         solver = self.solver
         if len(goal) == 1:
             gate, wrong = None, -goal[0]
@@ -129,7 +129,7 @@ class Frames:
         return tuple(sorted(by_variable[variable] for variable in smaller))
 
     def inductive(self, level: int, cube: Cube) -> Cube | None:
-        """Return a part of the cube that no step from a frame enters but from itself, `None` if the cube is entered.
+        """Return a part of the cube that is inductive relative to a frame; `None` if the cube is entered from outside.
 
         The part does not hold the start if the cube does not.
         """
@@ -151,7 +151,7 @@ class Frames:
         return not self.away.isdisjoint(cube)
 
     def often_first(self, cube: Iterable[Literal]) -> list[Literal]:
-        """Return the literals of a cube, those first that most cubes hold which were learnt."""
+        """Return the literals of a cube, those first that are in most learnt cubes."""
         return sorted(cube, key=lambda literal: (-self.uses[literal], literal))
 
     def enters(self, level: int, cube: Cube) -> bool:
@@ -185,7 +185,7 @@ class Frames:
         return tuple(tuple(literal ^ 1 for literal in cube) for cube in self.forever)
 
     def tidy(self) -> None:
-        """Make a new solver if the old one is full of what means nothing any more."""
+        """Make a new solver if the old one holds too many dropped clauses."""
         if self._dead > self.RENEW:
             self._renew()
 

@@ -1,4 +1,4 @@
-"""Whether states of a kind are reachable, where it takes a large circuit to tell their kind: one cube after the other.
+"""Reachability of states whose kind only a large circuit tells: by implicants, one cube after the other.
 
 A solver finds states of the kind. Each is generalised to a cube, all of whose states are of the kind: an implicant, by
 an unsatisfiable core (as IC3 does with what it is to block, Bradley 2011). Whether a cube is reachable is asked of a
@@ -17,17 +17,17 @@ from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 Decide = Callable[[Circuit, SayAnswer, Callable[[], bool]], None]
-"""A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
+"""A model checker: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
 StatesOfKind = tuple[Literal, Literal]
-"""States of a kind: those of a set that is easily described, in which something holds."""
+"""A kind of states, `(where, holds)`: those of a set that is easily described, in which something holds."""
 PartOfKind = tuple[Literal, Clause]
-"""The states of such a set that are in a cube."""
+"""The states of such a set `where` that are in a cube."""
 ROUNDS = 1, 2, 4, 8, 8, 8, 8, 8
-"""Parts of a kind that are asked about at once."""
+"""By round how many parts of a kind are asked about at once."""
 EFFORT = 10_000_000
 """Propagations that one question to the solver may cost."""
 KEPT = 1_000_000
-"""Variables that solvers have together which are kept for when their kinds are asked about again."""
+"""How many variables, in sum, the solvers may have that are kept for later questions about their kinds."""
 
 
 @dataclass
@@ -45,7 +45,7 @@ class Implicants:
     clauses: dict[Clause, None] = field(default_factory=dict)
     """What was proved: an inductive invariant."""
     excluded: dict[PartOfKind, None] = field(default_factory=dict)
-    """What follows from it."""
+    """The parts that it excludes."""
     _searches: "dict[int, _Search]" = field(default_factory=dict)
     """Of the kinds that were asked about, by name, those asked about last at the end."""
 
@@ -71,7 +71,7 @@ class Implicants:
         return excluded, runs
 
     def _forget(self, excluded: Collection[int]) -> None:
-        """Close the solvers of these kinds, and of those asked about first while the others are too large together."""
+        """Close the solvers of these kinds, and the least recently used ones while all have too many variables."""
         kept = 0
         for name, search in reversed(list(self._searches.items())):
             kept += search.solver.variables
@@ -126,7 +126,7 @@ class Implicants:
 
 @dataclass
 class _Search:
-    """A kind of states while it is looked for; what is only asked about is blocked while `blocking` is assumed.
+    """The search for states of a kind; parts that are asked about are blocked where `_blocking` is assumed.
 
     It has a solver of its own: what tells its kind is a small part of what tells all, and a model is as large as what
     the solver knows.
@@ -135,9 +135,9 @@ class _Search:
     given: Implicants
     solver: Solver
     _clauses: int = 0
-    """So many of the clauses that were proved the solver knows."""
+    """How many of the proved clauses the solver knows."""
     _excluded: int = 0
-    """So many of the parts that they exclude it knows."""
+    """How many of the excluded parts it knows."""
 
     def __post_init__(self) -> None:
         self.solver.add([self.solver.literal(self.given.always)])
@@ -166,7 +166,7 @@ class _Search:
         return (self.kind[0], self._implicant()) if self.is_there(blocking=True) else None
 
     def block(self, part: PartOfKind) -> None:
-        """Look for no state of a part until it is told what is known of it."""
+        """Block a part: `part` returns no state of it until `begin` is called again."""
         self.solver.add([-self._blocking, *self._outside(*part)])
 
     def _outside(self, where: Literal, cube: Clause) -> list[int]:

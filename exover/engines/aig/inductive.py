@@ -1,4 +1,4 @@
-"""Which of some clauses every step keeps, if all of them are assumed: Houdini (Flanagan, Leino 2001)."""
+"""Houdini (Flanagan, Leino 2001): the largest part of some clauses that every step keeps if all of it is assumed."""
 
 from collections.abc import Iterable, Sequence
 
@@ -8,7 +8,7 @@ from exover.engines.aig.solver import Exhausted, Solver
 
 
 class Induction:
-    """The steps of a circuit, and one SAT solver that is asked of them again and again. It is to be closed."""
+    """Questions about one step of a circuit to one incremental SAT solver, which the caller closes."""
 
     def __init__(self, circuit: Circuit) -> None:
         self._latches = {latch.node: latch for latch in circuit.latches}
@@ -19,9 +19,9 @@ class Induction:
         self._solver.close()
 
     def kept(self, clauses: Iterable[Clause], known: Sequence[Clause] = ()) -> tuple[Clause, ...]:
-        """Return the most of the clauses that the start satisfies and that every step keeps, in their order.
+        """Return the largest part of the clauses that is inductive: the start satisfies it, every step keeps it.
 
-        `known`: clauses that are an invariant.
+        In the order of the clauses. `known`: clauses that are an invariant, which are assumed besides.
         """
         found = tuple(clause for clause in dict.fromkeys(clauses) if self._starts(clause))
         while True:
@@ -31,7 +31,7 @@ class Induction:
             found = tuple(clause for clause in found if clause not in broken)
 
     def excluded(self, clauses: Sequence[Clause], asked: Iterable[tuple[Literal, int | None]]) -> list[bool]:
-        """Return of each literal whether no state of all the clauses makes it true, whatever the inputs are.
+        """Return for each literal whether no state that satisfies all clauses makes it true, whatever the inputs are.
 
         `asked`: each with the propagations that it may cost, if there is a limit; False if they are not enough.
         """
@@ -47,7 +47,7 @@ class Induction:
             return False
 
     def enough(self, clauses: Sequence[Clause], bad: Literal) -> tuple[Clause, ...]:
-        """Return few of the clauses that exclude a literal together and that every step keeps: unsatisfiable cores say
+        """Return few of the clauses that together exclude `bad` and are kept by every step: unsatisfiable cores say
         which are needed for the literal, then which for each of these (after Ivrii, Gurfinkel, Belov 2014).
 
         All of them if they do not exclude it, or some step does not keep them.
@@ -71,11 +71,11 @@ class Induction:
         return any(self._latches[literal >> 1].initial != bool(literal & 1) for literal in clause)
 
     def _after(self, clause: Clause) -> list[Literal]:
-        """Return what the literals of a clause are after a step."""
+        """Return the next-state literals of the literals of a clause."""
         return [self._latches[literal >> 1].next ^ (literal & 1) for literal in clause]
 
     def _broken(self, clauses: Sequence[Clause], known: Sequence[Clause]) -> set[Clause]:
-        """Return clauses that some step from a state of them and the known ones breaks: none iff there is none."""
+        """Return some clauses that a step from a state of all and the known clauses breaks; none iff no step does."""
         assumed = self._assume([*clauses, *known])
         after = {clause: self._after(clause) for clause in clauses}
         found: set[Clause] = set()

@@ -1,4 +1,4 @@
-"""Clauses that exclude what no run comes to: an invariant of whole steps, for who wants more than the answer."""
+"""Inductive invariants of an encoding, as clauses over its latches, for callers that need more than an answer."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -17,9 +17,9 @@ BUDGET = 5_000_000
 
 @dataclass(frozen=True, slots=True)
 class InvariantClauses:
-    """Clauses over latches of an encoding that are true at the start and kept by every step, and all steps settle.
+    """An inductive invariant of an encoding, as clauses over its latches; from its states every step settles.
 
-    `never`: the formulas, by number, that are true after no step from where the clauses are.
+    `never`: the indices of the formulas that are true after no step from a state of the invariant.
     """
 
     encoding: Encoding
@@ -30,7 +30,10 @@ class InvariantClauses:
 def invariant_clauses(
     compiled: Compiled, properties: Properties, formulas: Sequence[Formula], budget: int = BUDGET
 ) -> InvariantClauses | None:
-    """Return clauses that exclude as many of the formulas as can be, each of one moment; None if steps go on."""
+    """Return an invariant that excludes those of the formulas, each of one moment, that are proved never true.
+
+    None if no number of passes is proved to be enough. `budget`: the propagations that each question may cost.
+    """
     for passes in PASSES:
         encoding = Encoding(compiled, properties, passes)
         circuit = encoding.circuit([encoding.unsettled, *map(encoding.step_is, formulas)])

@@ -1,8 +1,8 @@
-"""Questions whose answers keep each other: induction over runs without a loop (Sheeran, Singh, Stålmarck 2000).
+"""Mutual induction: k-induction with k = 1 for many bad literals together (Sheeran, Singh, Stålmarck 2000).
 
 A shortest run to one of several bad literals passes no state twice, and makes none of them true before its last step.
-Where no step from such a step leads to such a step, there is no run but one of a single step. Sums of what is used, of
-which no clause over a few bits is an invariant, are proved so.
+So none is ever true if no first step makes one true, and no step does that follows one which changes the state and
+makes none true. Bounds on sums, of which no clause over a few bits is an invariant, are proved in this way.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,13 +14,13 @@ from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 EFFORT = 200_000_000
-"""Propagations that the step of the induction may cost."""
+"""Propagations that the induction step may cost."""
 
 
 def mutually_inductive(circuit: Circuit, known: Iterable[Clause] = ()) -> list[int]:
-    """Return, by index, bad literals that no run makes true, as two steps of the circuit show.
+    """Return the indices of bad literals that mutual induction proves to be true in no run; the others stay open.
 
-    `known`: clauses that are an invariant. The rest are left open.
+    `known`: clauses that are an invariant.
     """
     left = [index for index, found in enumerate(_at_start(circuit)) if not found]
     graph = Graph()
@@ -42,7 +42,7 @@ def mutually_inductive(circuit: Circuit, known: Iterable[Clause] = ()) -> list[i
 
 
 def _at_start(circuit: Circuit) -> list[bool]:
-    """Return of each bad literal whether a first step makes it true."""
+    """Return for each bad literal whether some first step makes it true."""
     unrolling = Unrolling(circuit)
     bad = unrolling.step()
     with closing(Solver(unrolling.graph.within_step())) as solver:
@@ -50,7 +50,7 @@ def _at_start(circuit: Circuit) -> list[bool]:
 
 
 def _broken(solver: Solver, before: Sequence[Literal], after: Sequence[Literal]) -> set[int]:
-    """Return, by place, what is true after a step in which none is: some of it, and nothing iff there is none."""
+    """Return the places of literals that one counterexample to the induction makes true; none iff there is none."""
     assumed = solver.fresh()
     for literal in before:
         solver.add([-assumed, -solver.literal(literal)])

@@ -24,7 +24,10 @@ from exover.engines.aig.unreachable_cubes import unreachable_cubes
 
 @dataclass(frozen=True, slots=True)
 class Obligation:
-    """A cube every state of which, by these inputs, comes to the next one, and at last makes the bad literal true."""
+    """A proof obligation: by its inputs every state of the cube comes to the cube of `then`.
+
+    If that is None, the bad literal is true in that step.
+    """
 
     cube: Cube
     inputs: frozenset[int]
@@ -57,7 +60,7 @@ class Search:
         return None
 
     def _block(self, first: Obligation, top: int) -> Inputs | None:
-        """Exclude what leads to the bad literal, the nearest to the start first; or return a run."""
+        """Block the obligation and those that arise, of the lowest frame first, or return a run to the bad literal."""
         frames = self.frames
         waiting = [(top, next(self._order), first)]
         while waiting:
@@ -93,7 +96,7 @@ class Search:
         return level
 
     def _general(self, level: int, cube: Cube) -> Cube:
-        """Return a part of the cube that is inductive relative to the frame as well, of literals as few as may be."""
+        """Return a part of the cube that is inductive relative to the frame, too; literals are dropped one by one."""
         frames = self.frames
         for literal in reversed(frames.often_first(cube)):
             smaller = tuple(other for other in cube if other != literal)
@@ -131,8 +134,8 @@ class PdrRun:
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
     EXPLORED, FOLLOWED, LONGEST, LANES, STEPS, STATES = 200, 8, 30, 512, 15, 1 << 18
-    """How often what is like a run is simulated, how often before the search, of how many steps the run is at most, in
-    how many lanes, for how many steps more than it has, and until how many states are known."""
+    """How often runs like a known one are simulated, how often of these before the search, how long the known one may
+    be, in how many lanes, for how many steps beyond its end, and up to how many known states."""
 
     def __init__(self, frames: Frames, simulator: Simulator, say: SayAnswer) -> None:
         self.frames, self.simulator, self.say = frames, simulator, say
@@ -181,7 +184,7 @@ class PdrRun:
         return late
 
     def follow(self, left: list[int], runs: Runs) -> None:
-        """Answer what simulation reaches: of each run that does so, what is like it is simulated as well."""
+        """Answer the questions that runs reach, and simulate runs like the shortest of these."""
         found = runs.answers()
         for index in [index for index in left if index in found]:
             left.remove(index)
@@ -190,7 +193,7 @@ class PdrRun:
             self._explore(answer.inputs, left)
 
     def _explore(self, run: Inputs, *waiting: list[int]) -> None:
-        """Simulate what is like the runs that were found; answer what is reached by that."""
+        """Simulate runs like one that was found, and answer the waiting questions that they reach."""
         self.seen |= dict.fromkeys(run)
         asked = tuple(index for indices in waiting for index in indices)
         if not asked or self.explored >= self.EXPLORED or len(run) > self.LONGEST:
@@ -208,7 +211,7 @@ class PdrRun:
             self.say(index, answer)
 
     def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
-        """Return a run to a bad literal, whether it is excluded from the frames, `None` if that is too much work."""
+        """Return a run to a bad literal, True if it is excluded from the frames up to `top`, None if work ran out."""
         before = self.frames.work
         self.frames.granted = before + limit
         try:

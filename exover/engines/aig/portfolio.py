@@ -1,4 +1,4 @@
-"""Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
+"""Model checkers for the questions of one graph: ABC if it is there, then embedded PDR for what it leaves open."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
@@ -24,16 +24,16 @@ SOON = 5
 """Seconds of a processor that ABC may take for questions about moments that are not inductive, before runs are looked
 for at length."""
 BRIEFLY = 50
-"""The part of its budget that our own may cost, for a question, instead of that, or after ABC."""
+"""Embedded PDR gets this fraction of its budget (1 / `BRIEFLY`) for a question, instead of `SOON` or after ABC."""
 STEPS, LANES = 20, 512
-"""Of the random runs that our own begins with: how many steps, and how many side by side."""
+"""Steps and lanes of the random runs before embedded PDR, and before a circuit is made smaller."""
 
 
 @dataclass(frozen=True)
 class Portfolio:
-    """Who is asked, and what is known by now of every run of the graph.
+    """The model checkers for one graph, and the lemmas that their proofs have found.
 
-    `program`: the path of ABC, empty if it is not to help.
+    `program`: the path of ABC, empty if it is not to be asked.
     """
 
     program: str
@@ -41,7 +41,7 @@ class Portfolio:
     lemmas: Lemmas = field(default_factory=Lemmas)
 
     def copy(self, system: Stimulated[Eventful] | None = None) -> "Portfolio":
-        """Return who is asked, of a copy of the graph if one is given; what is found out there is not known here."""
+        """Return a portfolio with a copy of the lemmas, for a copy of the graph if one is given; it learns apart."""
         return replace(self, system=system or self.system, lemmas=self.lemmas.copy())
 
     def put(
@@ -53,10 +53,10 @@ class Portfolio:
         budget: int,
         stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
+        """Answer questions of a circuit of the graph, by index; the invariants of proofs become lemmas.
 
-        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget. `stop` is asked
-        before another is: then the rest is left open.
+        `seconds`: the processor time of ABC. `budget`: propagations of embedded PDR for a question; after ABC it gets a
+        part of them. `stop` is polled around the rounds of ABC: once it is true, nothing is said of the rest.
         """
         if self.program:
             left = self._by_abc(circuit, asked, said, seconds, stop=stop)
@@ -68,10 +68,10 @@ class Portfolio:
     def settle_soon(
         self, circuit: Circuit, asked: Sequence[int], said: SaySettled, budget: int, learn: bool
     ) -> list[int]:
-        """Have questions about moments answered that need not much, and return the others.
+        """Answer questions about moments that take little effort, and return the indices of the others.
 
-        Induction comes first, all questions together: it needs no search. `learn`: whether model checkers are asked the
-        rest, since what they find out is of use later.
+        Mutual induction comes first: it needs no search. `learn`: whether model checkers are then asked the rest for a
+        short time, since their lemmas are of use later.
         """
         left = dict.fromkeys(asked)
 
@@ -98,7 +98,7 @@ class Portfolio:
         rounds: slice = BOTH,
         stop: Callable[[], bool] = lambda: False,
     ) -> list[int]:
-        """Have questions answered by ABC; return those that it leaves open, of which nothing is said."""
+        """Answer questions by ABC; return the indices of those that it leaves open, of which nothing is said."""
         if not asked:
             return []
         part = _asking(circuit, asked)
@@ -114,7 +114,7 @@ class Portfolio:
         return list(left)
 
     def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:
-        """Have questions answered by our own; `budget`: what each may cost."""
+        """Answer questions by embedded PDR; `budget`: the propagations that each may cost."""
         if not asked:
             return
         part = _asking(circuit, asked)
@@ -135,18 +135,18 @@ class Portfolio:
         said(index, answer)
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
-        """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""
+        """Return short runs that make bad literals true, by index, as far as bounded model checking soon finds them."""
         return abc.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)
 
 
 def _asking(circuit: Circuit, asked: Sequence[int]) -> Circuit:
-    """Return the part of a circuit on which some of its bad literals depend, with these alone."""
+    """Return a circuit with some of its bad literals alone, and the latches of their cone of influence."""
     bad = tuple(circuit.bad[index] for index in asked)
     return replace(circuit, bad=bad, latches=circuit.support(bad))
 
 
 def smaller(system: Stimulated[Eventful], circuit: Circuit) -> Circuit:
-    """Return a circuit that equals one of the graph of a system, of the same inputs and latches."""
+    """Return a smaller circuit, equal in all states to one of the graph, with the same inputs and latches."""
     return reduced(circuit, reached(circuit.support(circuit.bad), _random_runs(system, circuit)))
 
 

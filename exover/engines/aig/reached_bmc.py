@@ -19,7 +19,7 @@ from exover.engines.aig.solver import Exhausted, Solver
 
 @dataclass(frozen=True, slots=True)
 class Depth:
-    """How far is looked: `steps` are unrolled.
+    """The limits of a search: `steps` are unrolled.
 
     `each`: the propagations that a question may cost in a step; `patience`: those after which it is given up if nothing
     was found meanwhile.
@@ -58,7 +58,7 @@ def runs_from(
 class RunSearch:
     """An unrolling that begins in a state that the solver chooses, one of the seeds that are added, or at the start.
 
-    What is unrolled and learnt is kept when seeds are added: that they are all is an assumption of each question.
+    What is unrolled and learnt is kept when seeds are added: that there are no others is assumed in each question.
     """
 
     def __init__(self, circuit: Circuit, asked: Iterable[int], from_start: bool = False) -> None:
@@ -73,12 +73,12 @@ class RunSearch:
         self._chosen: dict[Literal, Seed] = {}
         self._solver = Solver(graph.circuit((), ()))
         self._others = self._solver.fresh()
-        """True where it is another state than those of the seeds that runs begin in."""
+        """A literal of the solver: runs begin in a state of none of the seeds."""
         if not from_start:
             self._solver.add([self._others])
 
     def add(self, seeds: Sequence[Seed]) -> None:
-        """Let runs begin in further states, of all latches that matter; the first run to each counts."""
+        """Let runs begin in further seeds, of all latches that matter; of seeds with one state the first counts."""
         graph, solver = self._unrolling.graph, self._solver
         known = {seed.true for seed in self._chosen.values()}
         fresh = {seed.true: seed for seed in reversed(seeds) if seed.true not in known}
@@ -118,7 +118,7 @@ class RunSearch:
         self._solver.close()
 
     def _step(self, step: int) -> list[Literal]:
-        """Return what the bad literals are in a step, the next one at most."""
+        """Return the bad literals in a step, which is unrolled if it is the next one."""
         if step == len(self._bad):
             self._bad.append(self._unrolling.step())
             self._solver.grow(self._unrolling.graph.circuit((), ()))
@@ -136,6 +136,6 @@ class RunSearch:
         return False
 
     def _begun(self) -> Inputs:
-        """Return the run to the state in which that of the last model begins."""
+        """Return the run to the seed in which the run of the last model begins."""
         true = self._solver.true(each >> 1 for each in self._chosen)
         return next((seed.run for each, seed in self._chosen.items() if each >> 1 in true), ())

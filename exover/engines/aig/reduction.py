@@ -1,8 +1,8 @@
-"""A smaller circuit that is equal in all states.
+"""Fraiging: a smaller circuit that is equal in all states.
 
-Signals that random simulation does not tell apart are compared by a solver, in order, so that what is equal in a cone
-is merged before what is made of it (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mishchenko et al. 2005: "fraiging"). Inputs,
-latches and nodes keep their numbers: runs and invariants of the smaller circuit are those of the given one.
+Nodes that random simulation does not tell apart are compared by a solver in topological order, so that equal nodes are
+merged before those that depend on them (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mishchenko et al. 2005). Inputs, latches
+and nodes keep their numbers: runs and invariants of the smaller circuit are those of the given one.
 """
 
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ from exover.engines.aig.solver import Exhausted, Solver
 
 LANES = 2048
 REFINE = 16
-"""After how many answers that two signals differ all are simulated again, with these answers and what is near them."""
+"""After how many counterexamples to equality all nodes are simulated again, from these and from states near them."""
 
 
 def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> Circuit:
-    """Return a circuit whose signals in the cones of bad literals are those of the given one, but fewer.
+    """Return a circuit with equal bad literals and next states in their cone of influence, but fewer nodes.
 
-    `reached`: states that some of what is simulated starts from; the latches in the cones have to have been simulated.
-    `granted`: after how many propagations no more signals are compared.
+    `reached`: states in which nodes are simulated first; it must have all latches of that cone. `granted`: after how
+    many propagations no more nodes are compared.
     """
     latches = circuit.support(circuit.bad)
     roots = [*circuit.bad, *(latch.next for latch in latches)]
@@ -42,7 +42,7 @@ def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> C
 
 
 class _Sweep:
-    """What each signal was found to be, and what tells signals apart."""
+    """A sweep over the nodes: what each is in the smaller circuit, and counterexamples to equality."""
 
     def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], roots: list[Literal], reached: Reached) -> None:
         self.circuit, self.latches = circuit, latches
@@ -54,9 +54,9 @@ class _Sweep:
         self.different: list[set[int]] = []
         self.everywhere = (1 << LANES) - 1
         self.alike: dict[int, list[int]] = {}
-        """By node, where there are several, those that were not told apart so far, up to their complements."""
+        """By node its class: the nodes not told apart so far, up to complement; absent if it is alone."""
         self.sign: dict[int, int] = {}
-        """By node whether it is its complement that is like the others."""
+        """By node 1 if its complement is like the others of its class, else 0."""
         chosen = self.random.choices(range(reached.size), k=LANES)
         leaves = {node: self.random.getrandbits(LANES) for node in circuit.inputs}
         for latch in latches:
@@ -72,7 +72,7 @@ class _Sweep:
         return self.is_now.get(literal >> 1, literal & ~1) ^ (literal & 1)
 
     def run(self, nodes: set[int], granted: int) -> None:
-        """Merge the nodes, in order, with what stands before them."""
+        """Merge each node, in topological order, with an equal node or literal before it."""
         known: dict[tuple[Literal, Literal], Literal] = {}
         for node in sorted(nodes):
             if self.circuit.fanins[node] is None and node:
@@ -109,7 +109,7 @@ class _Sweep:
             self.alike.pop(node).remove(node)
 
     def _split(self, classes: Sequence[list[int]], values: ConeValues) -> None:
-        """Tell the nodes of each class apart by what was seen of them."""
+        """Split each class by the simulated values of its nodes."""
         nodes = [node for members in classes for node in members]
         seen = iter(self.cone.signatures(values, [2 * node ^ self.sign[node] for node in nodes]))
         for members in classes:
@@ -138,7 +138,7 @@ class _Sweep:
         return True
 
     def _refine(self) -> None:
-        """Tell apart what the answers of the solver, and states near them, tell apart."""
+        """Split the classes by simulation of the counterexamples, and of states near them."""
         share = LANES // len(self.different)
         leaves = {}
         for node in (*self.circuit.inputs, *(latch.node for latch in self.latches)):
@@ -153,7 +153,7 @@ class _Sweep:
 
 
 def _folded(left: Literal, right: Literal) -> Literal | None:
-    """Return what a conjunction is that needs no node."""
+    """Return the literal of a conjunction that needs no node, None if it needs one."""
     if left == FALSE or left == right ^ 1:
         return FALSE
     if left in (TRUE, right):

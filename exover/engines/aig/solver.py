@@ -1,4 +1,4 @@
-"""A SAT solver that knows as much of a circuit as it was asked about."""
+"""An incremental SAT solver for one step of a circuit, which loads cones when they are asked for."""
 
 from collections.abc import Iterable, Sequence
 
@@ -7,7 +7,7 @@ from exover.engines.aig.graph import Circuit, Literal
 
 
 class Exhausted(Exception):
-    """The work that was granted is done."""
+    """The propagations that were granted are spent."""
 
 
 class Solver:
@@ -33,7 +33,7 @@ class Solver:
         self._solver.add_clause([-1])
 
     def literal(self, literal: Literal) -> int:
-        """Return the solver's literal, whose cone it knows from now on."""
+        """Return the solver's literal of a literal of the circuit, and load its cone."""
         node = literal >> 1
         variable = self._variables.get(node)
         if variable is None:
@@ -51,7 +51,7 @@ class Solver:
         return node in self._variables
 
     def grow(self, circuit: Circuit) -> None:
-        """Go on with a circuit that has further nodes."""
+        """Continue with a circuit that has the same nodes and further ones."""
         self.cnf.grow(circuit)
 
     def _load(self, root: int) -> None:
@@ -77,7 +77,7 @@ class Solver:
                 add([signed[each] for each in clause])
 
     def fresh(self) -> int:
-        """Return a literal that nothing is said about."""
+        """Return a new variable, on which there are no clauses."""
         self._last += 1
         return self._last
 

@@ -1,7 +1,7 @@
-"""Circuits whose states are constrained by what is known of every run (Cabodi, Nocco, Quer 2009).
+"""Circuits strengthened by known invariants (Cabodi, Nocco, Quer 2009).
 
-A latch becomes true once a state violates the known clauses, and bad literals count before that. No run gets there, so
-the answers are the same; a search backwards from bad literals never leaves the clauses, which it need not learn anew.
+A latch becomes true once a state violates the known clauses; bad literals count only before that. No run violates them,
+so the answers are the same; but a backward search from bad literals stays within the clauses and need not learn them.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,10 +26,10 @@ class Strengthened:
     left: int
 
     def answer(self, answer: Answer) -> Answer:
-        """Return what an answer says of the circuit without the latch, of which the known clauses are an invariant.
+        """Return an answer as one about the circuit without the latch, of which the known clauses are an invariant.
 
-        From a state of the known clauses the latch stays false: with that put in, what every step keeps are the clauses
-        and the known ones together.
+        In states of the known clauses the latch stays false: with it set to false, the clauses of the answer and the
+        known ones together are an inductive invariant.
         """
         if not isinstance(answer, Unreachable):
             return answer
@@ -39,7 +39,7 @@ class Strengthened:
 
 
 def strengthened(circuit: Circuit, known: Sequence[Clause]) -> Strengthened:
-    """Return a circuit constrained by clauses that are an invariant of it; without any it is the same."""
+    """Return a circuit strengthened by clauses that are an invariant of it; without clauses the circuit itself."""
     if not known:
         return Strengthened(circuit, (), len(circuit.fanins))
     fanins = [*circuit.fanins, None]
@@ -62,24 +62,24 @@ def strengthened(circuit: Circuit, known: Sequence[Clause]) -> Strengthened:
 
 @dataclass
 class Lemmas:
-    """Sets of clauses that every step of a graph keeps, as proofs found them; some speak of monitors of a question."""
+    """Lemmas about one graph: sets of clauses, each kept by every step; some are over latches of monitors."""
 
     _sets: list[frozenset[Clause]] = field(default_factory=list)
     _lone: set[Clause] = field(default_factory=set)
-    """Clauses that were not kept without others of their set."""
+    """Clauses that are not inductive without others of their set."""
 
     def copy(self) -> "Lemmas":
-        """Return what is known now, for who goes on apart."""
+        """Return a copy: what either learns later is not in the other."""
         return Lemmas(list(self._sets), set(self._lone))
 
     def add(self, clauses: Iterable[Clause]) -> None:
-        """Learn clauses that together every step keeps."""
+        """Add a set of clauses that every step keeps, if all of them are assumed."""
         fresh = frozenset(clauses)
         if not any(fresh <= known for known in self._sets):
             self._sets = [known for known in self._sets if not known <= fresh] + [fresh]
 
     def of(self, circuit: Circuit) -> tuple[Clause, ...]:
-        """Return clauses that are an invariant of a circuit of the graph, whose latches may be fewer."""
+        """Return lemmas that are an inductive invariant of a circuit of the graph, perhaps one with fewer latches."""
         initial = {latch.node: latch.initial for latch in circuit.latches}
 
         def fits(clause: Clause) -> bool:

@@ -1,7 +1,7 @@
-"""Cubes of one or two literals that no reachable state lies in: an inductive invariant, found by guesses.
+"""Cubes of one or two literals that no reachable state lies in: an inductive invariant, guessed by simulation.
 
-That no state lies in those that simulation did not reach is guessed; what a step enters is then taken back until the
-rest is inductive (Flanagan, Leino 2001: "Houdini"). A constant latch is a cube of one literal, two equal latches are
+The guesses are the cubes that simulation did not reach; those that a step enters are dropped until the rest is
+inductive (Flanagan, Leino 2001: "Houdini"). A constant latch is a cube of one literal, two equal latches are
 two cubes of two (van Eijk 2000 finds them so), and so is most of what keeps requests that exclude each other apart.
 """
 
@@ -18,8 +18,8 @@ LANES = 1024
 GROUP = 256
 """How many guesses one question is about."""
 MANY, PATIENCE = 5_000, 600
-"""How many guesses are too many, and after how many answers that took some back they are all given up: simulation saw
-too little to guess well."""
+"""How many guesses are too many, and after how many counterexamples all are given up: simulation saw too little to
+guess well."""
 
 
 def unreachable_cubes(
@@ -28,10 +28,11 @@ def unreachable_cubes(
     reached: Reached,
     granted: int = 100_000_000,
 ) -> list[Cube]:
-    """Return cubes of one and two literals that no step enters from outside of them all, nor the start holds.
+    """Return cubes of one and two literals that do not hold the start, and that no step from outside of all enters.
 
     `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
-    one literal may cost, and those of two; there are none of those that cost more, or of which too many were wrong.
+    one literal may cost, and those of two; there are none of those that cost more, are too many, or of which too many
+    were wrong.
     """
     singles = _inductive(circuit, latches, _unseen_singles(latches, reached), (), granted)
     fixed = {cube[0] >> 1 for cube in singles}
@@ -63,7 +64,7 @@ def _unseen_pairs(latches: Iterable[LatchNode], reached: Reached) -> list[Cube]:
 def _inductive(
     circuit: Circuit, latches: Sequence[LatchNode], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
 ) -> list[Cube]:
-    """Return the most of the guesses that, where they and what is known hold, hold after a step."""
+    """Return the largest part of the guesses that no step enters from outside of it and of the known cubes."""
     if not 0 < len(guesses) <= MANY:
         return []
     solver = Solver(circuit)
@@ -104,7 +105,7 @@ def _inductive(
 
 
 class _Neighbours:
-    """Steps from states near one, to take back many guesses for one answer of the solver."""
+    """Simulates steps from states near one that the solver found, to drop many guesses for one answer."""
 
     def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], known: Sequence[Cube]) -> None:
         self.latches, self.inputs, self.known = latches, circuit.inputs, known
@@ -113,7 +114,7 @@ class _Neighbours:
         self.lanes = (1 << LANES) - 1
 
     def kept(self, true: set[int], assumed: Sequence[Cube], alive: Sequence[Cube]) -> list[Cube]:
-        """Return the guesses that no step from near a state breaks; the step itself breaks one."""
+        """Return the guesses that no step from near a state refutes; the step of the solver itself refutes one."""
         leaves = {node: self._near(node in true) for node in (*self.inputs, *(latch.node for latch in self.latches))}
         words = {2 * node + sign: word ^ (self.lanes * sign) for node, word in leaves.items() for sign in (0, 1)}
         allowed = self.lanes
