@@ -1,7 +1,7 @@
-"""Rounds: how often a run that stays where it must has seen all that it must see again and again.
+"""k-liveness: rounds of a run that stays; a round ends when all signals have been seen (Claessen, Sörensson 2012).
 
-No infinite run stays and sees all signals for ever if for some `k` no run comes to the end of its k-th round
-(Claessen, Sörensson 2012). A run that leaves, and comes back, begins anew.
+If for some `k` no run comes to the end of its k-th round, no infinite run stays and sees all signals infinitely often.
+A run that leaves the part where it must stay, and comes back, begins anew.
 """
 
 from collections.abc import Iterable
@@ -18,8 +18,8 @@ from exover.model.state import SlotId
 class Staying:
     """The part of a run that must go on for ever.
 
-    `begun`: before the step the run is in that part; `step`: and the step leaves it there. `signals`: literals over a
-    step; infinitely many steps must make each true.
+    `begun`: over the state: the run is in that part; `step`: over a step: it is legal, and the run stays there.
+    `signals`: justice conditions, literals over a step; infinitely many steps must make each true.
     """
 
     begun: Literal
@@ -28,9 +28,9 @@ class Staying:
 
 
 def justice(encoding: Encoding, staying: Staying) -> tuple[Literal, ...]:
-    """Return literals that some run makes true infinitely often, each of them, iff some run satisfies the question.
+    """Return justice literals: some run makes each true infinitely often iff some run satisfies the question.
 
-    An input says from where on the run stays; a step that leaves after that is never forgotten.
+    An input guesses from where on the run stays; a latch remembers a step that leaves after that.
     """
     graph = encoding.graph
     commits, committed, left = graph.input(), graph.latch(False), graph.latch(False)
@@ -50,7 +50,7 @@ class KLiveness:
     seen: tuple[Literal, ...] = field(init=False)
     """Latches: which of the signals have been seen in this round."""
     end: Literal = field(init=False)
-    """Where a round ends."""
+    """A literal over a step that ends a round."""
     _done: list[Literal] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -62,7 +62,7 @@ class KLiveness:
             self.encoding.follow(latch, graph.all((step, self.end ^ 1, literal)))
 
     def bad(self, count: int) -> Literal:
-        """Return where a round ends before which so many less one have ended."""
+        """Return a literal over a step: it ends the `count`-th round since the run began to stay, or a later one."""
         graph = self.encoding.graph
         while len(self._done) < count - 1:
             latch = graph.latch(False)
@@ -73,7 +73,7 @@ class KLiveness:
 
 
 def reports(encoding: Encoding, slots: Iterable[SlotId]) -> tuple[Literal, ...]:
-    """Return for each slot where a step leaves it idle, or reports it."""
+    """Return for each slot a literal over a step: it leaves the slot idle, or reports it."""
     found = []
     for name, number in slots:
         flag = encoding.after[encoding.latches.slots[name, number].active]

@@ -1,4 +1,4 @@
-"""The states from which random lassos are looked for: those of known runs, and of random events after their ends."""
+"""Seeds of random lassos: states in which a run stays, on known runs or on random events after their ends."""
 
 from collections.abc import Mapping, Sequence
 from random import Random
@@ -10,15 +10,15 @@ from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.random_lassos import LaneWords, SimulatedCircuit
 
 ONWARD = 32
-"""So many random steps follow the longest of the runs."""
+"""How many random steps follow the longest of the runs."""
 SEEDS = 8
 """How many states are kept for a question."""
 LATER = 0.05
-"""How often a state takes the place of one that was found before; half of them are the first, found early in runs."""
+"""The probability that a later state replaces a kept one; the first half of the seeds is never replaced."""
 
 
 class LassoSeeds:
-    """Simulates runs side by side and keeps states in which they stay; what monitors guess is random."""
+    """Simulates known runs side by side, and keeps states in which they stay; guesses of monitors are random inputs."""
 
     def __init__(self, machine: SimulatedCircuit, runs: Sequence[Inputs], seed: int) -> None:
         self.machine, self.runs = machine, [*runs, ()]
@@ -30,7 +30,7 @@ class LassoSeeds:
         self.found: dict[int, list[Seed]] = {}
 
     def seeds(self) -> dict[int, list[Seed]]:
-        """Return for questions, by index, states in which a run stays already."""
+        """Return, by index of a question, states in which its `begun` is true, each with the run to it."""
         for number in range(max(map(len, self.runs)) + ONWARD):
             self._step(number)
         return self.found
@@ -59,5 +59,5 @@ class LassoSeeds:
         return words
 
     def _path(self, lane: int) -> Inputs:
-        """Return the run of a lane."""
+        """Return the run of a lane so far."""
         return tuple(at_lane(words, lane) for words in self.taken)

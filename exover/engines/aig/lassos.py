@@ -18,13 +18,13 @@ from exover.model.trace import Trace
 Candidate = tuple[int, InputLasso]
 """The index of a question, and what may be a lasso of it."""
 TURNS = 8
-"""How often a loop is followed until everything is as it was, what no question looks at included."""
+"""How often a loop is followed at most until all variables, not only those of a question, return to their values."""
 PAIRED = 32
-"""Of lassos of up to so many steps any two are tried to be dropped, and any one to take the place of another."""
+"""Up to this length, lassos are tried without any two steps, and with any step in the place of another."""
 OBSERVED = 2
-"""So many posters, or levels, are tried to be observed where nothing need happen."""
+"""How many observations of posters or levels are tried as a loop that changes nothing."""
 WIDEST = 4096
-"""So many lassos are followed at once."""
+"""How many lassos are followed at once, at most."""
 
 
 def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
@@ -37,7 +37,7 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
 
 
 def _closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
-    """Return the same of so many that are followed at once."""
+    """Return the same for candidates that are followed at once."""
     whole, found = _Following(machine, [index for index, _ in candidates]), -1
     whole.follow([lasso.stem for _, lasso in candidates])
     for _ in range(2):
@@ -62,7 +62,7 @@ class _Following:
         self.state = initial(machine.latches, self.everywhere)
 
     def follow(self, runs: Sequence[Inputs]) -> LaneWord:
-        """Follow runs; return where every step stays and all signals have been seen."""
+        """Follow runs; return the lanes in which every step stays and all signals are seen."""
         machine, cone, everywhere = self.machine, self.machine.cone, self.everywhere
         good = everywhere
         seen = dict.fromkeys((literal for index in self.mine for literal in machine.staying[index].signals), 0)
@@ -85,11 +85,11 @@ class _Following:
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
     """Return lassos made of steps of the given ones, from which no single step can be dropped, nor two related ones.
 
-    Nor can a step take the place of another, or the loop begin earlier, so that less is left.
+    Nor is it shorter if a step takes the place of another, or the loop begins earlier.
 
-    All variables come back to what they were, if they do after some turns. Where nothing need happen any more, nothing
-    does. Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), then what speaks of the same;
-    what may be dropped is tried of all lassos side by side, and of what can be dropped as much as can together.
+    All variables return to their values, if they do after some turns. If the run may stutter from some step on it does.
+    Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), then related steps. Candidates of all
+    lassos are tried side by side, and of the blocks that can be dropped as many as can together.
     """
     machine = machine.exact
     lassos = _turned(machine, found)
@@ -112,7 +112,7 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
 
 
 def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return lassos whose loop is followed as often before as it takes until everything comes back, if it does."""
+    """Return lassos with as many turns of the loop in the stem as it takes until all variables return, if they do."""
     tried = [
         (index, InputLasso(lasso.stem + lasso.loop * turns, lasso.loop))
         for index, lasso in found.items()
@@ -126,8 +126,9 @@ def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
 
 
 def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return the shortest lassos that follow the given ones up to where nothing need happen: a poster, or a level, is
-    observed to read what it reads already, for ever.
+    """Return the shortest lassos that follow the given ones up to a step from which they stutter.
+
+    The loop observes a poster, or a level, to have the value that it has already.
     """
     tried: list[Candidate] = []
     for index, lasso in lassos.items():
@@ -146,7 +147,7 @@ def _blocks(lasso: InputLasso, size: int) -> list[StepNumbers]:
 
 
 def _rearranged(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return for lassos, as far as there is one, the shortest that is rearranged."""
+    """Return for each lasso the shortest of its rearrangements that are lassos, if there is one."""
     short = ((index, lasso) for index, lasso in lassos.items() if lasso.length <= PAIRED)
     tried = [(index, each) for index, lasso in short for each in rearranged(lasso, machine.subject)]
     better: dict[int, InputLasso] = {}
@@ -159,7 +160,7 @@ def _rearranged(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> 
 def _better(
     machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
 ) -> dict[int, InputLasso]:
-    """Return those lassos that some of these steps can be dropped from, without as many of them as can be together."""
+    """Return the lassos from which some of these steps can be dropped, without as many as can be dropped together."""
     better: dict[int, InputLasso] = {}
     good = _droppable(machine, lassos, drops)
     more = _droppable(machine, lassos, {index: _joined(each) for index, each in good.items()})
@@ -171,7 +172,7 @@ def _better(
 def _droppable(
     machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
 ) -> dict[int, list[StepNumbers]]:
-    """Return which steps can be dropped: what is left is a lasso."""
+    """Return by lasso the sets of steps without which it is still a lasso."""
     tried = [(index, each, _left(machine, lassos[index], each)) for index, many in drops.items() for each in many]
     tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
     found: dict[int, list[StepNumbers]] = {}
@@ -182,7 +183,7 @@ def _droppable(
 
 
 def _joined(drops: Sequence[StepNumbers]) -> list[StepNumbers]:
-    """Return, of what can be dropped, the first two, four, … that do not overlap, and all, each together."""
+    """Return the unions of the first 2, 4, … and of all of the sets that do not overlap."""
     apart: list[StepNumbers] = []
     for drop in drops:
         if all(map(drop.isdisjoint, apart)):
@@ -216,7 +217,7 @@ def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:
 
 
 def _rolled(trace: Trace, states: Sequence[State]) -> Trace:
-    """Return the same infinite run with its loop begun as early as can be: what stands before it and at its end is one.
+    """Return the same infinite run with the earliest loop: equal steps before the loop and at its end become one.
 
     `states`: those before each moment, and the last.
     """

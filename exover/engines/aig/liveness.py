@@ -1,8 +1,8 @@
 """Whether infinite runs satisfy formulas of LTL: proofs that none does, and lassos that do.
 
-Where no run comes to the end of its k-th round there is no such run (Claessen, Sörensson 2012). A run that does is
-where the search for a lasso begins anew: random runs that stay, and repeat themselves. Where one round of all signals
-settles nothing, it is asked whether a run comes back to a state that was kept (Biere, Artho, Schuppan 2002).
+k-liveness: if no run comes to the end of its k-th round, no infinite run satisfies the formula (Claessen, Sörensson
+2012). From a run that does, random runs that stay and repeat themselves look for a lasso. If one round of all signals
+decides nothing, liveness to safety: does a run come back to a state that was stored (Biere, Artho, Schuppan 2002)?
 """
 
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -28,7 +28,7 @@ from exover.model.trace import Trace
 
 @dataclass(frozen=True, slots=True)
 class NoLasso:
-    """There is no such run, as the invariant of the circuit with this bad literal shows; `method`: what is bad."""
+    """No run satisfies the formula: the invariant excludes the bad literal of a monitor; `method`: of which."""
 
     method: str
     bad: Literal
@@ -43,12 +43,12 @@ class ShownLasso:
 
 
 WORDS, EXPLORED = 6, 4
-"""How many words are tried from where a search begins; after so many rounds of random runs that show no end of a round
-a model checker is asked for one."""
+"""How many random words are tried from the seeds of a search; after how many rounds of random runs that show no end of
+a round of k-liveness a model checker is asked."""
 MOST_ROUNDS = 8
-"""The greatest number of rounds for which it is asked."""
+"""The greatest k for which k-liveness is asked."""
 WORK, BRIEF = 50_000_000, 8
-"""What it is granted for a question; the part of it for a question about one state alone."""
+"""The budget of a question for model checkers; the fraction (1 / `BRIEF`) of it for one about a single state."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
 LassoAnswer = NoLasso | ShownLasso | Open
 SayLasso = Callable[[int, LassoAnswer], None]
@@ -59,14 +59,14 @@ class BudgetedDecide(Protocol):
     """Answers the bad literals of a circuit, each by its index."""
 
     def __call__(self, circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
-        """Say an answer to each, of so much work."""
+        """Say the answer to each; `budget`: the work granted, as a part of `WORK`."""
         ...
 
 
 class Judging:
-    """Questions about one encoding, by index, answered as soon as the answers are found, and those that are left.
+    """Judges questions about infinite runs of one encoding, by index, and says each answer as soon as it is found.
 
-    Monitors are added to the graph. All answers but lassos rest on its not being unsettled.
+    Monitors are added to the graph. All answers but lassos hold only if the passes are enough.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Judging:
         self.needed: list[set[int]] = [set() for _ in made]
         """By question which of its signals a round waits for: those that some run was seen to miss."""
         self.counts = dict.fromkeys(range(len(made)), 1)
-        """By question how many rounds are asked about next."""
+        """By question the k of k-liveness that is asked about next."""
         self.rounds: dict[tuple[int, frozenset[int]], KLiveness] = {}
         places = {question: place for place, question in enumerate(made)}
         self.askers: dict[int, list[int]] = {}
@@ -94,7 +94,7 @@ class Judging:
         self.machine = SimulatedCircuit.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
         self.ends: dict[int, Inputs] = {}
-        """By question the last run that was found to come to the end of a round of all signals, or of those needed."""
+        """By question the latest run found that ends a round, of all signals or of the needed ones."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
         latches = encoding.latches
@@ -102,20 +102,20 @@ class Judging:
         self._values = [frozenset(bit >> 1 for bit in latches.literals[name]) for name in values]
 
     def wander(self, runs: Sequence[Inputs], asked: Container[int] | None = None) -> None:
-        """Look for lassos at random where runs stay already: of all questions or those, by index, that are asked."""
+        """Look for random lassos from states of known runs in which questions stay; `asked`: of these indices alone."""
         places = [place for place in self.left if asked is None or any(index in asked for index in self.askers[place])]
         if places:
             begun = LassoSeeds(self.machine, runs, 0).seeds()
             self._wander({place: begun[place] for place in places if place in begun}, 1)
 
     def run(self, runs: Sequence[Inputs]) -> None:
-        """Answer all questions; `runs`: some that get about."""
+        """Answer all questions; `runs`: known runs, to states of many kinds."""
         self.runs = runs
         self.wander(runs)
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
-        shown = sorted(self.ends.keys() & self.counts.keys())  # of these it need not be asked whether a round ends
+        shown = sorted(self.ends.keys() & self.counts.keys())  # known runs end a round of these
         for place in shown:
             self.needed[place] = self._signals(place)
         self._look_on(shown)
@@ -134,7 +134,7 @@ class Judging:
             self.say(index, answer)
 
     def _found(self, found: Mapping[int, InputLasso]) -> None:
-        """Take lassos, by question, for answers if the reference interpreter follows them."""
+        """Answer questions by lassos that the reference interpreter follows; of others note why it does not."""
         for place, lasso in sorted(shorter(self.machine, found).items()):
             trace = self._shown(lasso)
             if trace is None:
@@ -143,7 +143,7 @@ class Judging:
                 self._answer(place, ShownLasso(trace))
 
     def _wander(self, begun: dict[int, list[Seed]], seed: int) -> None:
-        """Look for lassos from where runs stay already."""
+        """Look for random lassos from seeds in which questions stay."""
         if not begun:
             return
         wandering = RandomLassos(self.machine, begun, seed)
@@ -160,7 +160,7 @@ class Judging:
             return None
 
     def _monitor(self, place: int) -> KLiveness:
-        """Return what counts the rounds of a question, each of them of the signals that are needed."""
+        """Return the monitor that counts the rounds of a question; a round waits for the needed signals alone."""
         needed = frozenset(self.needed[place])
         if (place, needed) not in self.rounds:
             whole = self.staying[place]
@@ -169,7 +169,7 @@ class Judging:
         return self.rounds[place, needed]
 
     def _count(self, turn: int) -> None:
-        """Ask whether runs come to the end of so many rounds, and look on from where those end that do."""
+        """Ask of each question whether a run ends its k-th round; look for lassos, and go on, from runs that do."""
         asked = list(self.counts)
         bad = [self._monitor(place).bad(self.counts[place]) for place in asked]
         runs: dict[int, list[Seed]] = {}
@@ -212,11 +212,11 @@ class Judging:
         return exploration.found
 
     def _signals(self, place: int) -> set[int]:
-        """Return which signals there are."""
+        """Return the indices of all signals of a question."""
         return set(range(len(self.staying[place].signals)))
 
     def _look_on(self, places: Sequence[int]) -> None:
-        """Let rounds wait for all signals; where one of those has ended ask for a return, then about more rounds."""
+        """Let rounds wait for all signals; if such a round has ended, ask for a return, then about more rounds."""
         ended = [place for place in places if self.needed[place] == self._signals(place)]
         first = [place for place in ended if self.counts[place] == 1]
         returning = {place: self._back_to(place, self.ends[place]) for place in first}
@@ -236,7 +236,7 @@ class Judging:
                 del self.counts[place]
 
     def _back_to(self, place: int, run: Inputs) -> InputLasso | None:
-        """Ask, with little effort, for a way from the end of a run that comes back there, having seen all signals."""
+        """Return a lasso whose loop begins at the end of `run`, if one is found with little effort; else None."""
         *_, state = self.machine.states(run)
         circuit = return_to(self.encoding, self.staying[place], {node: bool(word) for node, word in state.items()})
         answers: list[Answer] = []
@@ -246,17 +246,17 @@ class Judging:
     def _return(self, place: int) -> None:
         """Ask whether a run comes back to where it was, having seen all signals.
 
-        At first readings, levels, arguments and results need not be as they were; those that are not, on a run that is
-        found, have to be from then on (Clarke, Grumberg, Jha, Lu, Veith 2003).
+        Counterexample-guided refinement (Clarke, Grumberg, Jha, Lu, Veith 2003): at first readings, levels, arguments
+        and results need not be as they were; those that differ on a run that is found have to be from then on.
         """
         free: Sequence[frozenset[int]] | None = self._values
         while free is not None:
             free = self._come_back(place, free)
 
     def _come_back(self, place: int, free: Sequence[frozenset[int]]) -> list[frozenset[int]] | None:
-        """Ask about a return to where all is as it was but for variables, each its latches, that are free.
+        """Ask for a return to a state that is equal but for the `free` variables, each a set of latches.
 
-        Return which are free where it is asked again; `None` if it is not.
+        Return the variables that stay free if it is to be asked again, else `None`.
         """
         whole = looked_at(self.encoding, self.staying[place])
         copied = set(whole).difference(*free)

@@ -1,6 +1,7 @@
 """Liveness to safety: a state is copied once; a run that comes back to it is a lasso (Biere, Artho, Schuppan 2002).
 
-Where a part of the state is copied, there is no lasso if no run comes back to that; one that does need not be one.
+If only some latches are copied, that no run comes back to them proves that there is no lasso; a run that does come back
+need not be one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,9 +15,10 @@ from exover.engines.aig.k_liveness import Staying
 
 @dataclass
 class LivenessToSafety:
-    """Latches that copy some latches of a run that stays, once, when an input says so; `copied`: those, by their nodes.
+    """A monitor that copies latches once, in a state that an input chooses while the run stays; `copied`: their nodes.
 
-    `bad`: a literal over the state, where these are as they were, and the run has stayed and seen all signals since.
+    `bad`: a literal over the state: the latches have the copied values again, and the run has stayed, taken a step and
+    seen all signals since.
     """
 
     encoding: Encoding
@@ -41,13 +43,15 @@ class LivenessToSafety:
 
     @property
     def keep(self) -> int:
-        """The node of the input by which a state is kept."""
+        """The node of the input that says when to copy."""
         return self._keep >> 1
 
 
 def return_to(encoding: Encoding, staying: Staying, state: Mapping[int, bool]) -> Circuit:
-    """Return the circuit that begins in a state, whose bad literal is true where a run is there again, and has stayed
-    and seen all signals. `state`: by latch whether it is true; monitors that are not named begin anew."""
+    """Return the circuit that begins in a state; its bad literal says that a run is there again, as a lasso.
+
+    That is, it has stayed and seen all signals. `state`: by latch whether it is true; monitors not named begin anew.
+    """
     again = [2 * node ^ (not state[node]) for node in looked_at(encoding, staying)]
     circuit = encoding.circuit([encoding.graph.all((*_fulfilled(encoding, staying, TRUE), *again))])
     latches = tuple(replace(latch, initial=state.get(latch.node, latch.initial)) for latch in circuit.latches)
@@ -55,13 +59,13 @@ def return_to(encoding: Encoding, staying: Staying, state: Mapping[int, bool]) -
 
 
 def looked_at(encoding: Encoding, staying: Staying) -> list[int]:
-    """Return the latches on which it depends how a run goes on, by their nodes."""
+    """Return the latches in the cone of influence of what a question looks at, by their nodes."""
     roots = [staying.begun, staying.step, *staying.signals]
     return [latch.node for latch in encoding.circuit(()).support(roots)]
 
 
 def _fulfilled(encoding: Encoding, staying: Staying, since: Literal) -> list[Literal]:
-    """Return latches: that the run has stayed, taken a step and seen each signal, all since a literal is true."""
+    """Return literals, all true iff the run has stayed, taken a step and seen each signal since `since` was true."""
     graph, left = encoding.graph, encoding.graph.latch(False)
     encoding.follow(left, graph.any((left, graph.conjunction(since, staying.step ^ 1))))
     found = [left ^ 1]

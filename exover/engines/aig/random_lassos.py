@@ -32,7 +32,7 @@ InputLasso = Lasso[frozenset[int]]
 
 @dataclass(frozen=True)
 class SimulatedCircuit:
-    """A circuit with what questions look at, ready to be simulated."""
+    """A circuit with the literals that questions look at, and their evaluator."""
 
     encoding: Encoding
     circuit: Circuit
@@ -41,16 +41,16 @@ class SimulatedCircuit:
     latches: tuple[LatchNode, ...]
     """The latches of the cone."""
     others: tuple[Literal, ...] = ()
-    """What is evaluated and no question looks at."""
+    """Literals that are evaluated besides."""
 
     @staticmethod
     def of(encoding: Encoding, staying: Sequence[Staying]) -> "SimulatedCircuit":
-        """Return the machine for these questions."""
+        """Return the simulated circuit for these questions."""
         return _simulated(encoding, encoding.circuit(()), tuple(staying), ())
 
     @cached_property
     def looked_at(self) -> tuple[frozenset[int], ...]:
-        """By question the latches that have to come back: those that it looks at, which monitors of others are not."""
+        """By question the latches that a loop must return to their values: those in its cone of influence."""
         influence = Influence(self.circuit)
         return tuple(
             frozenset(latch.node for latch in influence.on([self.encoding.legal, *self.others, *_asked(each)]))
@@ -64,7 +64,7 @@ class SimulatedCircuit:
         return _simulated(self.encoding, self.circuit, self.staying, [bit for bits in variables for bit in bits])
 
     def subject(self, step: frozenset[int]) -> str:
-        """Return what the event of a step speaks of: a request, a poster, a resource."""
+        """Return the subject of the event of a step: a request, a poster, a resource."""
         return self.encoding.chosen(step).kind.name
 
     def states(self, run: Inputs) -> Iterator[LaneState]:
@@ -76,8 +76,9 @@ class SimulatedCircuit:
             yield state
 
     def returned(self, index: int, run: Inputs, keep: int) -> InputLasso:
-        """Return the lasso of a run of a question: it begins with a step that is taken where an input is true while the
-        run stays already.
+        """Return the lasso of a run: its loop begins with the first step that has the input `keep` while the run stays.
+
+        Illegal steps are left out, and so is the last one.
         """
         begun = self.staying[index].begun >> 1
         kept: list[frozenset[int]] = []
@@ -94,7 +95,7 @@ class SimulatedCircuit:
         return InputLasso(tuple(kept[:first]), tuple(kept[first:]))
 
     def moved(self, lasso: InputLasso) -> set[int]:
-        """Return the latches that are not as they were when a loop has been followed once, by their nodes."""
+        """Return the latches that have other values after one turn of the loop, by their nodes."""
         states = [initial(self.latches, 1), *self.states(lasso.steps)]
         before = states[len(lasso.stem)]
         return {node for node, word in states[-1].items() if word != before[node]}
@@ -110,7 +111,7 @@ class SimulatedCircuit:
         return tuple(kept)
 
     def seeds_of(self, index: int, run: Inputs) -> list[Seed]:
-        """Return where a run stays already."""
+        """Return the states of a run in which the `begun` of a question is true, each with the run to it."""
         begun = self.staying[index].begun >> 1
         return [
             Seed(at_lane(state, 0), run[:number]) for number, state in enumerate(self.states(run), 1) if state[begun]
@@ -118,7 +119,7 @@ class SimulatedCircuit:
 
 
 def _asked(staying: Staying) -> tuple[Literal, ...]:
-    """Return what a question looks at."""
+    """Return the literals that a question looks at."""
     return staying.begun, staying.step, *staying.signals
 
 
@@ -131,7 +132,7 @@ def _simulated(
 
 
 class RandomLassos:
-    """Lanes of some questions, each begun at a seed."""
+    """Simulates random words for questions, in `LANES` lanes each, which begin at its seeds."""
 
     def __init__(self, machine: SimulatedCircuit, seeds: Mapping[int, Sequence[Seed]], seed: int) -> None:
         self.machine = machine
@@ -143,7 +144,7 @@ class RandomLassos:
         self.state = state_of(machine.latches, self.begun)
         self.taken: list[tuple[LaneWords, LaneWord]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
-        """By question the signals that some step of its runs does not give."""
+        """By question the signals, by index, that some step of its runs does not make true."""
         self._ends: dict[int, tuple[int, int]] = {}
         """By question a lane, and after how many steps it had seen all signals while a word was repeated."""
 
@@ -164,12 +165,12 @@ class RandomLassos:
                 return
 
     def _for_all(self, inputs: LaneWords) -> LaneWords:
-        """Return the inputs of the lanes of one question for those of all."""
+        """Return the inputs of `LANES` lanes, repeated for each question."""
         turns = sum(1 << first for first in range(0, self.lanes, LANES))
         return {node: word * turns for node, word in inputs.items()}
 
     def _pass(self, inputs: Iterable[LaneWords]) -> tuple[LaneWord, LaneWord]:
-        """Follow a word; return where all signals were seen meanwhile, and where something happened."""
+        """Follow a word; return the lanes in which all signals were seen meanwhile, and those that took a step."""
         machine, cone = self.machine, self.machine.cone
         everywhere = (1 << self.lanes) - 1
         signals = dict.fromkeys(literal for index in self.mine for literal in machine.staying[index].signals)

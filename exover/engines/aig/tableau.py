@@ -1,7 +1,7 @@
-"""Formulas of LTL as monitors: where a run stays as long as it satisfies its formula, if it goes on like that for ever.
+"""Formulas of LTL as monitors, by tableaux: a run satisfies its formula if it stays for ever and sees all signals.
 
-What a formula says of the next moment is guessed by inputs and checked there (Clarke, Grumberg, Hamaguchi 1994). That
-an until comes true is a signal, which must be seen again and again. The guesses of the start enter with the first step.
+What a formula promises of the next moment is guessed by inputs and checked there (Clarke, Grumberg, Hamaguchi 1994).
+That an until comes true is a signal, to be seen again and again. The guesses of the start enter with the first step.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from exover.model.property import Conjunction, Disjunction, Formula, Negation, N
 
 
 def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
-    """Return where a run stays if it satisfies a formula of LTL, and if `fair` reports every slot again and again."""
+    """Return the monitor of a formula of LTL; if `fair`, its signals include that each slot is idle or reported."""
     signals = reports(encoding, slots_of(encoding)) if fair else ()
     formula = plain(path)
     match formula:
@@ -38,7 +38,7 @@ def plain(formula: Formula) -> Formula:
 
 
 def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal, ...]) -> Staying:
-    """Return where a run stays that has come to where it must stay: nothing of it is guessed."""
+    """Return the monitor of a run that comes to where it must stay; it needs no guesses."""
     graph, stays = encoding.graph, encoding.truth(lingering.stays)
     begun = graph.latch(encoding.at_start(lingering.whole))
     after = graph.conjunction(stays, graph.any((begun, encoding.truth(lingering.since))))
@@ -47,7 +47,7 @@ def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal,
 
 
 def _always(encoding: Encoding, stays: Formula, signals: tuple[Literal, ...]) -> Staying:
-    """Return where a run stays on which a formula of one moment has been true from the start: nothing is guessed."""
+    """Return the monitor of a formula of one moment that must be true from the start on; it needs no guesses."""
     graph, here = encoding.graph, encoding.truth(stays)
     begun = graph.latch(encoding.at_start(stays))
     after = graph.conjunction(begun, here)
@@ -57,12 +57,12 @@ def _always(encoding: Encoding, stays: Formula, signals: tuple[Literal, ...]) ->
 
 @dataclass
 class Tableau:
-    """The promises that a formula makes for the next moment, each with what was guessed of it."""
+    """The promises that a formula makes about the next moment, each with the latch of the last guess."""
 
     encoding: Encoding
     formula: Formula
     promises: dict[Formula, Literal] = field(default_factory=dict)
-    """By formula about the next moment a latch: what was guessed of it at the last moment."""
+    """By promise, a next or until formula, a latch: what was guessed of it at the last moment."""
 
     def __post_init__(self) -> None:
         self._collect(self.formula)
@@ -74,7 +74,7 @@ class Tableau:
             self.promises[formula] = self.encoding.graph.latch(False)
 
     def staying(self, signals: tuple[Literal, ...]) -> Staying:
-        """Return where no guess has been wrong so far."""
+        """Return the monitor: a run stays as long as no guess has been wrong."""
         encoding, graph = self.encoding, self.encoding.graph
         taken, going = graph.latch(False), graph.latch(True)
         first = {part: graph.input() for part in self.promises}
@@ -97,7 +97,7 @@ class Tableau:
     def _truths(
         self, formula: Formula, guesses: Mapping[Formula, Literal], found: dict[Formula, Literal], after: bool
     ) -> None:
-        """Note what each part of a formula is at the moment after the step, or at the start."""
+        """Put into `found` the literal of each part of a formula at the moment after the step, or at the start."""
         if formula in found:
             return
         graph, encoding = self.encoding.graph, self.encoding
