@@ -1,4 +1,4 @@
-"""Reachable states in which ways begin: those that known runs come by, and those to which random runs lead from them.
+"""Reachable states in which ways begin: those on known runs, and those to which random runs lead from them.
 
 Where home states are reached from everywhere, ways begin there: each state stands for the home state to which the
 reports of home lead from it.
@@ -21,7 +21,7 @@ from exover.engines.aig.simulation import Stimulus
 from exover.engines.aig.stimulus import RandomStimulus
 
 LANES = 128
-"""So many random runs go side by side."""
+"""How many random runs are simulated side by side."""
 ROUNDS = 60
 """Rounds of random runs that look for states of all kinds."""
 STEPS = 24
@@ -33,7 +33,7 @@ class Beginnings:
     """Where ways begin in the circuit of an encoding.
 
     `cone` evaluates its latches; `fresh`: latches that are true where a way begins; `home`: the run that leads home,
-    nothing where home states are not reached from everywhere.
+    empty if home states are not reached from everywhere.
     """
 
     encoding: Encoding
@@ -42,7 +42,7 @@ class Beginnings:
     fresh: frozenset[int]
     home: Inputs = ()
     _steps: int = 0
-    """So many steps of random runs were drawn."""
+    """How many steps of random runs were drawn."""
 
     @cached_property
     def start(self) -> Seed:
@@ -54,16 +54,16 @@ class Beginnings:
         return RandomStimulus(self.encoding, LANES).stimulus()
 
     def of(self, seeds: Iterable[Seed]) -> list[Seed]:
-        """Return where ways begin that stand for these states, each once."""
+        """Return the states in which ways begin, each once: those to which `home` leads from these."""
         known = list(_once(seeds))
         return [self.fresh_at(seed) for seed in _once(self.led(known, [self.home] * len(known)))]
 
     def fresh_at(self, seed: Seed) -> Seed:
-        """Return a state as one in which a way begins."""
+        """Return a state with the `fresh` latches true, as where a way begins."""
         return replace(seed, true=seed.true | self.fresh)
 
     def passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
-        """Return up to so many of the states that runs from the start come by, those of early steps first."""
+        """Return up to `most` of the states on runs from the start, those of early steps first."""
         found = [self.start]
         state = state_of(self.circuit.latches, [self.start] * len(runs))
         for step in range(max(map(len, runs), default=0)):
@@ -76,7 +76,7 @@ class Beginnings:
         return found
 
     def of_new_modes(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
-        """Return up to so many of the states in which random runs from the ends of known ones came to a new mode."""
+        """Return up to `most` states: of the start, the ends of runs, and new modes of random runs from these."""
         goals = CoverageGoals(mode=coverage_goals(self.encoding.latches).mode)
         if not goals.mode:
             return []
@@ -99,11 +99,11 @@ class Beginnings:
         return self.led([self.start] * len(runs), runs)
 
     def reached(self, runs: Sequence[Inputs]) -> list[Seed]:
-        """Return the states to which runs from the start lead, each once, with what is fresh where a way begins."""
+        """Return the states to which runs from the start lead, each once, with the `fresh` latches true."""
         return [self.fresh_at(seed) for seed in _once(self.ends(runs))]
 
     def near(self, seeds: Sequence[Seed]) -> list[Seed]:
-        """Return the beginnings of ways from states to which random runs lead from these; other runs every time."""
+        """Return where ways begin from states to which random runs lead from these; each call draws other runs."""
         chosen = thinned(seeds, LANES)
         begun = [chosen[lane % len(chosen)] for lane in range(LANES)]
         state = state_of(self.circuit.latches, begun)

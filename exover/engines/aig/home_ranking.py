@@ -1,10 +1,10 @@
-"""That reports and observations lead home: what is active and what is to come gets less in a well-founded order.
+"""Termination proof that reports and observations lead home: what is active and to come decreases in an order.
 
 A request is *to come* while it waits, or while a required launch of it is due and it is neither active nor waits. What
 is active and to come before a step and after it is compared as multisets (Dershowitz, Manna 1979): what goes may leave
 any number of smaller things. To come is more than active. A request that no rule launches and that is to come is more
 than all that rules launch. Beside that a request is larger than those that its reports may newly launch, as long as
-this is no circle. So reports of one slot after the other lead to where none is active, once the posters are observed to
+this is acyclic. So reports of one slot after the other lead to where none is active, once the posters are observed to
 read as in a home state, which as a rule disables the launch rules, if the levels are observed after each.
 
 What a rule launches again and again, as while a latch holds that some request ends, is in no such order. It does not
@@ -26,7 +26,7 @@ from exover.engines.aig.solver import Solver
 from exover.engines.aig.symbolic_simulation import substituted
 
 MOST = 4
-"""Of up to so many cases it is asked whether any reachable state is one."""
+"""If at most so many cases are left, model checkers are asked whether they are reachable."""
 
 
 def home_space(
@@ -39,7 +39,7 @@ def home_space(
     """Return home states to which reports and observations lead from every reachable state; None if none are found.
 
     `graph`: a copy of the graph of the encoding, which grows. `readings`: states whose readings home states may have;
-    the first are taken from which nothing keeps away, or else those with the fewest such cases.
+    the first is taken that leaves no case open, or else the one that leaves the fewest.
     """
     launches = _Launches(encoding, graph)
     best: _Ranking | None = None
@@ -116,7 +116,7 @@ class _Case:
         return next((event for event, names in options if names is not None and names <= smaller), None)
 
     def fewest(self, smaller: set[str]) -> frozenset[str]:
-        """Return what an event launches that is not smaller, of the event that launches the fewest such."""
+        """Return the requests launched that are not smaller, by the event that launches the fewest of them."""
         return min((names - smaller for names in self.launched if names is not None), key=len, default=frozenset())
 
 
@@ -174,7 +174,7 @@ class _Ranking:
     # ---- the order ----
 
     def _order(self) -> None:
-        """Order the requests; those that are in no order are free, as few as need be."""
+        """Order the requests; one after the other is made free, until none is in the way of an order."""
         self.free = set[str]()
         self._sort()
         while (request := self._in_the_way()) is not None:
@@ -182,7 +182,7 @@ class _Ranking:
             self._sort()
 
     def _sort(self) -> None:
-        """Take requests all of whose slots have a report that launches but smaller ones, until there are no more."""
+        """Put requests into the order while each slot of one has a report that launches only smaller requests."""
         self._smaller, self._reports = set(self.free), tuple[StepInputs, ...]()
         self.left = [case for case in self._cases if case.request not in self.free]
         grown = True
@@ -204,7 +204,7 @@ class _Ranking:
         return self.free if case.request is None else self._smaller
 
     def _in_the_way(self) -> str | None:
-        """Return a request that is launched by what is left: by its own report, if there is one."""
+        """Return a request that a case left launches, by its own report if there is one; None if there is none."""
         wanted = [(case, case.fewest(self._allowed(case))) for case in self.left]
         own = (case.request for case, names in wanted if names == {case.request})
         any_ = (min(names) for _, names in wanted if names)
@@ -212,13 +212,13 @@ class _Ranking:
 
     @property
     def cost(self) -> tuple[int, int]:
-        """How many cases lead to no home states, and how many requests may be active there."""
+        """How many cases are left, and how many requests may be active in home states."""
         return len(self.left), len(self.free)
 
     # ---- reachable states ----
 
     def proved(self, decide: Decide, stop: Callable[[], bool]) -> HomeSpace | None:
-        """Return the home states, where few cases are in the way after it is asked whether they can be reached."""
+        """Return the home states; None if a case is left after it was asked which are reachable."""
         if any(self.cost):
             self._ask(decide, stop)
             self._order()
@@ -228,7 +228,7 @@ class _Ranking:
         return replace(self._home, free=frozenset(self.free), reports=(*self._reports, *freed))
 
     def _ask(self, decide: Decide, stop: Callable[[], bool]) -> None:
-        """Find out which cases that are left without free requests are no reachable states."""
+        """Ask which of the cases that are left without free requests are unreachable, and close these."""
         self.free = set()
         self._sort()
         asked = self.left
@@ -245,7 +245,7 @@ class _Ranking:
                 self._cases[self._cases.index(case)] = known
 
     def _missed(self, case: _Case) -> Literal:
-        """Return in which states of a case none of its events launches but smaller requests."""
+        """Return the states of a case in which each event is no step or launches a request that is not smaller."""
         graph, launches, allowed = self._graph, self._launches, self._allowed(case)
         larger = [launches.of(name, case.reported) for name in launches.required if name not in allowed]
         wanted = graph.any((launches.wrong(case.reported), *larger)) ^ 1

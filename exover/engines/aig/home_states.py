@@ -15,13 +15,13 @@ from exover.loop.exact.layout import level_name
 from exover.model.index import ModelIndex
 
 StepInputs = frozenset[int]
-"""The inputs that are true."""
+"""The nodes of the inputs that are true in a step."""
 POSTERS, LEVELS = "observe", "observe level"
-"""What observes them."""
+"""The verbs of the events that observe them."""
 
 
 def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> StepInputs:
-    """Return the inputs that are an event: its number, and what its values are above the least ones."""
+    """Return the inputs of a kind of event, by its number; `values`: how far each lies above the least one, else 0."""
     true = {node for place, node in enumerate(encoding.code) if kind >> place & 1}
     for given, value in zip(encoding.events[kind].given, values, strict=False):
         true |= {bit >> 1 for place, bit in enumerate(given.bits) if value >> place & 1}
@@ -29,7 +29,7 @@ def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> St
 
 
 def rereadings(encoding: Encoding, state: Mapping[int, int], *verbs: str) -> Iterator[tuple[str, StepInputs]]:
-    """Yield the events that observe what reads so already, by its name, each made when it is asked for.
+    """Yield the events that observe the value which a state has already, by name, each made when it is asked for.
 
     `state`: by node of a latch whether it is true; `verbs`: posters, levels, or both, in this order.
     """
@@ -92,12 +92,12 @@ class HomeSpace:
 
     @cached_property
     def posters(self) -> dict[str, StepInputs]:
-        """By poster the event by which it comes to read as in a home state."""
+        """By poster the event that observes its value in home states."""
         return dict(rereadings(self.encoding, self._like, POSTERS))
 
     @cached_property
     def levels(self) -> dict[str, StepInputs]:
-        """By the variable of a level the event by which it comes to read as in a home state."""
+        """By the variable of a level the event that observes its value in home states."""
         return {level_name(name): event for name, event in rereadings(self.encoding, self._like, LEVELS)}
 
     def slots(self) -> Iterator[Reports]:

@@ -19,7 +19,7 @@ Excludes = Callable[[Circuit], bool]
 
 
 def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> bool:
-    """Return True if every run can go on for ever, and if `fair` fairly; False if that is not seen.
+    """Return whether it is proved that every run can go on for ever, and if `fair` fairly.
 
     A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly
     if besides every active slot can be reported at once, for then slots can be reported in turn.
@@ -49,8 +49,8 @@ def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> boo
 def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
     """Return the shortest of some runs to a state from which the assumptions allow no step, None if there is none.
 
-    No input is a step from there, nor one that is not settled: of such a one it is not known whether it is allowed. The
-    start is looked at in any case.
+    No inputs are an allowed step from there, nor an unsettled one, of which it is not known whether it is allowed. The
+    states asked about are the start and the ends of the runs.
     """
     steps = (encoding.legal, *encoding.unsettled_parts)
     circuit = encoding.circuit(steps)
@@ -71,14 +71,14 @@ def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
 
 
 def _allowed(encoding: Encoding, solver: Solver, state: Sequence[Literal], true: frozenset[int]) -> bool:
-    """Return whether an event is a step in all states of a cube."""
+    """Return whether an event is an allowed step in all states of a cube."""
     inputs = [2 * node + (node not in true) for node in encoding.graph.inputs]
     asked = (*state, *inputs, encoding.legal ^ 1)
     return not solver.satisfiable([solver.literal(each) for each in asked])
 
 
 def _refused(encoding: Encoding, state: Sequence[Literal], choices: Sequence[frozenset[int]]) -> Literal:
-    """Return where a state of a cube lets none of the events be a step."""
+    """Return a literal over the state: it is in a cube, and none of the events is an allowed step."""
     graph, steps = encoding.graph, []
     for true in choices:
         constant = {node: int(node in true) for node in graph.inputs}

@@ -1,4 +1,4 @@
-"""Where questions need a way, and where words are one (weakest preconditions; Dijkstra 1975), over the state."""
+"""In which states questions need a way, and in which words are one: weakest preconditions (Dijkstra 1975)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -13,10 +13,10 @@ from exover.engines.aig.way_literals import WayLiterals
 
 
 class Preconditions:
-    """Of each question, by number, where it needs a way, and where words are one.
+    """For each question, by index, the states in which it needs a way, and those from which words lead to its goal.
 
-    `home`: the latches that have one value in home states; if these are reachable from everywhere, it is enough for
-    most questions to have a way there.
+    `home`: by latch its value, if it has the same one in all home states. `home_reachable`: home states can be reached
+    from everywhere; questions with `from_home` need ways only there then.
     """
 
     def __init__(
@@ -32,13 +32,13 @@ class Preconditions:
         self._circuit = circuit
         self._aims = aims
         self._anywhere: Symbolic = {each.node: 2 * each.node for each in circuit.latches} | dict.fromkeys(fresh, TRUE)
-        """Any state in which a way begins, by latch."""
+        """By latch its literal in any state in which a way begins."""
         at_home = [home_reachable and aim.from_home for aim in aims]
         is_home = graph.all(2 * node + (not value) for node, value in home.items())
         self.begins = [is_home if so else aim.since for so, aim in zip(at_home, aims, strict=True)]
-        """In which states it is enough to have a way."""
+        """By question a literal over the state: it needs a way there."""
         self._unfoldings: dict[int, tuple[SymbolicSimulation, int]] = {}
-        """The runs from all states in which ways begin, with the place of the question among those that share them."""
+        """By question the simulation of words from all states where its ways begin, and its place among these."""
         idle = self._anywhere | {node: int(value) for node, value in home.items()}
         for so, first in ((True, idle), (False, self._anywhere)):
             self._unfold([index for index, each in enumerate(at_home) if each == so], first)
@@ -49,23 +49,23 @@ class Preconditions:
         self._unfoldings |= {index: (unfolding, place) for place, index in enumerate(questions)}
 
     def begin_anywhere(self, index: int) -> None:
-        """Let a question need a way in every state that it is about, not in home states alone."""
+        """Let a question need a way in every state of its `since`, not in home states alone."""
         self.begins[index] = self._aims[index].since
         self._unfold([index], self._anywhere)
 
     def needed(self, states: Sequence[Seed], questions: Iterable[int]) -> dict[int, int]:
-        """Return, by question, in which of some states, as bits, it needs a way."""
+        """Return, by question, in which of the states it needs a way, a bit for each."""
         conditions, everywhere = self._conditions, (1 << len(states)) - 1
         values = conditions.values(state_of(self._circuit.latches, states))
         return {index: conditions.read(values, self.begins[index], everywhere) for index in questions}
 
     def unhelped(self, index: int, words: Iterable[Inputs]) -> StatesOfKind:
-        """Return where a question needs a way, and where none of these words is one."""
+        """Return two literals over the state: the question needs a way, and none of these words is one."""
         unfolding, place = self._unfoldings[index]
         helped = self._graph.any(unfolding.seen(word)[place] for word in words)
         return self.begins[index], self._graph.any((helped ^ 1, self._aims[index].lost))
 
     @cached_property
     def _conditions(self) -> Evaluator:
-        """Evaluates where ways begin."""
+        """The evaluator of `begins` and of every `since`."""
         return evaluator(self._graph.within_step(), [*self.begins, *(aim.since for aim in self._aims)])

@@ -15,7 +15,7 @@ class WayLiterals:
     """A question as literals.
 
     `since`: over the state in which a way begins; `hit`: over a step, where it reaches the goal by allowed steps alone;
-    `lost`: over the state, where there is no way since not even the state itself is allowed. `from_home`: whether the
+    `lost`: over the state, where there is no way because the state itself is not allowed. `from_home`: whether the
     steps that lead to home states are allowed, so that it is enough to look at ways from these.
     """
 
@@ -27,7 +27,7 @@ class WayLiterals:
 
 @dataclass
 class WayEncoder:
-    """Puts questions as literals, with latches for what steps have done."""
+    """Encodes questions as literals; latches that remember what a step did are added to the graph."""
 
     encoding: Encoding
     _latched: dict[Formula, Literal] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class WayEncoder:
         return WayLiterals(since, hit, from_home, graph.conjunction(since, allowed ^ 1))
 
     def now(self, formula: Formula) -> Literal:
-        """Return where a formula is true of the moment in which a step begins."""
+        """Return a literal over the state: a formula is true of the moment before the step."""
         match formula:
             case Passed() | Happened():
                 return self._memory(formula)
@@ -69,7 +69,7 @@ class WayEncoder:
         return known
 
     def kept(self, allowed: Formula) -> Literal:
-        """Return where all steps so far were allowed; a search for a way sets it."""
+        """Return a latch: `allowed` was true after all steps of the way so far. It is true where a way begins."""
         if allowed == Conjunction(()):
             return TRUE
         known = self._kept.get(allowed)

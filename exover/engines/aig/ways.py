@@ -1,4 +1,4 @@
-"""Is there a way from everywhere? By ways that were found, and the states from which they lead to the goal.
+"""Is there a way from everywhere? Answered by words that were found, and their weakest preconditions.
 
 A *word* is a concrete sequence of events. The states from which it leads to a goal, steps that cannot be taken being
 left out, are a literal over the state: its weakest precondition (Dijkstra 1975), built by setting the inputs of copies
@@ -43,7 +43,10 @@ from exover.model.property import Formula
 
 @dataclass(frozen=True, slots=True)
 class NeverCutOff:
-    """From every moment there is a way: where the invariant holds one of the words leads to the goal, after home."""
+    """There is a way from everywhere: in every state of the invariant that needs one, some word leads to the goal.
+
+    If home states are reached from everywhere, only they need one, for most questions.
+    """
 
     words: tuple[Inputs, ...]
     invariant: tuple[Clause, ...]
@@ -51,7 +54,7 @@ class NeverCutOff:
 
 @dataclass(frozen=True, slots=True)
 class ShownCutOff:
-    """This run comes to a moment from which there is none."""
+    """This run comes to a moment from which there is no way."""
 
     inputs: Inputs
 
@@ -66,24 +69,24 @@ Unroll = Callable[[Circuit], dict[int, Inputs]]
 Look = Callable[[Seed, Sequence[int]], dict[int, Inputs]]
 """Returns words from a state, by place of a question among those that need one."""
 LANES = 512
-"""So many runs look for words side by side."""
+"""How many random runs look for words side by side."""
 GROWTH = 1.0
 """Questions are asked together until the graph has grown by so many times the size of the circuit."""
 TURNS = 3
-"""So many times they are asked again, before others are, if more is known of them then."""
+"""How many times they are asked in a row, before others are, while that makes progress."""
 BEGUN = 64
-"""From up to so many states random runs go on at once."""
+"""From how many states random runs go on at once, at most."""
 VAIN = 2
-"""So many times they may come to no state without a word."""
+"""How many times in a row they may come to no state without a word."""
 
 
 @dataclass(frozen=True, slots=True)
 class WaysBudget:
     """How much is tried.
 
-    `readings`: states whose readings home states may have; `samples`: states from which words are rehearsed, `tries`:
-    those from which words are looked for at once, in `rounds` of runs each. `proofs`: how often the solver is asked for
-    all. `stop` ends it all.
+    `readings`: from how many states home states may take their readings; `samples`: from how many states words are
+    simulated; `tries`: from how many words are looked for at once, in `rounds` of random runs each. `proofs`: how often
+    all questions are asked of the solver. `stop` ends it all.
     """
 
     readings: int = 12
@@ -96,7 +99,7 @@ class WaysBudget:
 
 @dataclass
 class Ways:
-    """Answers questions about one encoding."""
+    """Answers questions about ways in one encoding."""
 
     encoding: Encoding
     questions: Sequence[CutOff]
@@ -107,7 +110,7 @@ class Ways:
     unroll: Unroll
 
     def __post_init__(self) -> None:
-        _ = self.encoding.owed, self.encoding.domain  # they are to be in the graph before it is copied
+        _ = self.encoding.owed, self.encoding.domain  # makes them part of the graph before it is copied
         aims = WayEncoder(self.encoding)
         self._reports = self.encoding.graph.any(
             self.encoding.graph.conjunction(self.encoding.legal, lit(event.chosen))
@@ -124,9 +127,9 @@ class Ways:
         self.cone = whole_evaluator(self.circuit)
         self.rehearsal = WordSimulation(self.circuit, self.cone)
         self.hard: set[int] = set()
-        """Questions of which random runs from some sample have found no word: model checkers come next."""
+        """Questions for which random runs from some sample found no word; model checkers are asked next."""
         self.tired: set[tuple[int, int]] = set()
-        """Samples, by number, and questions for which these have looked for words there."""
+        """Pairs of a sample, by number, and a question for which model checkers have looked for a word from there."""
         self.left = dict.fromkeys(range(len(self.questions)))
         self.beginnings = Beginnings(self.encoding, self.circuit, self.cone, self.fresh)
         self.induction = Induction(self.circuit)
@@ -174,7 +177,7 @@ class Ways:
     # ---- words ----
 
     def _take(self, samples: Sequence[Seed]) -> list[Seed]:
-        """Rehearse words from more states, and return those of them from which a question has none that is not hard."""
+        """Simulate known words from more samples; return those from which a question that is not hard has none."""
         if not samples:
             return []
         first = len(self.rehearsal.samples)
@@ -197,7 +200,7 @@ class Ways:
             self._rehearse()
 
     def _rehearse(self) -> None:
-        """Find words from the states that are known where random runs or known words show some."""
+        """Look for words from samples without one, by pairs of known words and random runs; else a question is hard."""
         for _ in range(self.budget.tries):
             number, wanted = self._hardest(lambda _, question: question not in self.hard)
             if not wanted or self.budget.stop():
@@ -205,7 +208,7 @@ class Ways:
             self.hard.update(self._look(number, wanted, (self.rehearsal.composed, self._search)))
 
     def _settle_hard(self) -> bool:
-        """Have model checkers find words where random runs show none; return whether there are more words then."""
+        """Look for words by model checkers where random runs show none; return whether anything changed."""
         before = self._tried()
         for _ in range(self.budget.tries):
             number, wanted = self._hardest(lambda *pair: pair not in self.tired)
@@ -220,7 +223,7 @@ class Ways:
     def _look(self, number: int, wanted: Sequence[int], looks: Sequence[Look]) -> list[int]:
         """Look for words from a sample, and return the questions of which none is found.
 
-        First for such as begin by leading home: they lead on from many more states.
+        Words that begin with the run home are tried first: they help in many more states.
         """
         left = list(wanted)
         for prefix in dict.fromkeys((self.prefix, ())):
@@ -234,7 +237,7 @@ class Ways:
         return left
 
     def _hardest(self, counts: Callable[[int, int], bool]) -> tuple[int, list[int]]:
-        """Return a sample, by number, with the questions that need a word there, of the pairs that count: the most."""
+        """Return the sample, by number, at which most questions need a word, and these; of the pairs that count."""
         wanted: dict[int, list[int]] = {0: []}
         for question, where in self.rehearsal.unhelped().items():
             for number in numbers(where):
@@ -245,7 +248,7 @@ class Ways:
 
     @cached_property
     def _events(self) -> Stimulus:
-        """Random events, for each look the same."""
+        """Random events, the same for each search."""
         return RandomStimulus(self.encoding, LANES).stimulus()
 
     def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
@@ -257,9 +260,9 @@ class Ways:
         return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
-        """Return words that the solver finds from a state, and where there is none take it as an answer.
+        """Return words that model checkers find from a state; if they prove that there is none, answer the question.
 
-        Of the invariant that shows it no more is kept than is needed, which more states are in.
+        The invariant of the proof is reduced to the clauses that it needs, so that it covers more states.
         """
         answers = self._answers(self._from(sample, wanted))
         invariants = {
@@ -269,7 +272,7 @@ class Ways:
         }
         start, early = self._open_at_start(invariants)
         if early and start.true != sample.true:
-            self._settle(start, early)  # to where none leads from the start the shortest run leads
+            self._settle(start, early)  # if no way leads from the start, the run to it is the shortest
             invariants = {index: each for index, each in invariants.items() if index in self.left}
         if invariants:
             self._without_way(sample, invariants)
@@ -293,8 +296,9 @@ class Ways:
     def _without_way(self, sample: Seed, invariants: Mapping[int, Sequence[Clause]]) -> None:
         """Answer questions that have no way from a sample, if a run goes on from there to where they need one.
 
-        `invariants`: by question one that begins in the sample; from no state of it there is a way. Fewer steps than
-        those by the sample often lead to a state of it. Where none needs a way, home states say nothing of a question.
+        `invariants`: by question one that holds in the sample; from no state of it is there a way. A shorter run than
+        that by the sample often leads to a state of it. If no run is found, a question is asked of all states, not of
+        home states alone.
         """
         graph = self.encoding.graph
         begun = {2 * node + sign: TRUE ^ sign for node in self.fresh for sign in (0, 1)}
@@ -311,7 +315,7 @@ class Ways:
             self._begin_anywhere(index)
 
     def _begin_anywhere(self, index: int) -> None:
-        """Ask a question of every state in which it needs a way, not of home states alone."""
+        """Ask a question of every state of its `since`, not of home states alone, and take samples again."""
         self.preconditions.begin_anywhere(index)
         self.rehearsal.drop(index)
         passed = self.beginnings.passed(self.runs, self.budget.samples // 2)
@@ -330,7 +334,7 @@ class Ways:
     # ---- proofs ----
 
     def _unhelpful(self, index: int) -> StatesOfKind:
-        """Return where a way must begin, and where no word is one."""
+        """Return two literals over the state: a question needs a way, and none of its chosen words is one."""
         return self.preconditions.unhelped(index, self.rehearsal.chosen(index))
 
     @cached_property
@@ -357,7 +361,7 @@ class Ways:
             yield part
 
     def _ask(self, part: Mapping[int, StatesOfKind]) -> bool:
-        """Look for reachable states that no word helps, a few times at once if more is known thereby; return if it is.
+        """Look for reachable states that no word helps, a few times while that makes progress; return whether it did.
 
         A question that is asked again soon costs little, one that is asked again and again keeps the others waiting.
         """
@@ -368,7 +372,7 @@ class Ways:
         return True
 
     def _reach(self, part: Mapping[int, StatesOfKind]) -> bool:
-        """Look for reachable states that no word helps; return whether more is known then than before."""
+        """Look for reachable states that no word helps; return whether that made progress."""
         before = self._tried(), len(self._implicants.excluded)
         excluded, found = self._implicants.exclude(part)
         for index in excluded:

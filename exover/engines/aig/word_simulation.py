@@ -11,7 +11,7 @@ from exover.engines.aig.graph import Circuit
 from exover.engines.aig.lanes import LaneState, LaneWord, lowest
 
 WIDEST = 1 << 16
-"""So many lanes are run at once."""
+"""How many lanes are run at once, at most."""
 
 
 @dataclass
@@ -75,7 +75,7 @@ class WordSimulation:
         return found
 
     def composed(self, sample: Seed, questions: Sequence[int]) -> dict[int, Inputs]:
-        """Return, by place of a question, a word after another that leads to its goal from a sample, if two do."""
+        """Return, by place of a question, two known words in sequence that lead from a sample to its goal, if any."""
         known = sorted(self.leading, key=len)
         last = [word for word in known if self.leading[word].keys() & set(questions)]
         pairs = [(*one, *other) for one in known for other in last][:WIDEST]
