@@ -1,7 +1,7 @@
-"""Bad states while they are looked into: what runs show first, what is proved soon, what is left.
+"""Reachability of bad states: by random runs first, then by short proofs, at last by model checkers at length.
 
-Runs are looked for side by side, guided by coverage, and gone on with by a solver. What none of them shows is put to
-model checkers, all of it together. That the passes of the graph are enough is a question like the others.
+Runs are simulated side by side, guided by coverage, and continued by a solver. The questions that none of them answers
+are put to model checkers together. That the passes of the graph are enough is a question like the others.
 """
 
 from collections.abc import Callable, Mapping, Sequence, Set
@@ -26,13 +26,13 @@ from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.beside import SideTask, step_back_if_apart
 
 OPENING = 1, 2, 4, 8, ROUNDS
-"""Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
+"""Rounds of random runs, by batch; after each batch answers are said, so that what is easy to see is said at once."""
 EARLY = 2
-"""After so many of them others may look for errors."""
+"""After this batch of `OPENING`, `early` is called, and from then on answers are said that are no errors."""
 FURTHER = 10
-"""Rounds of random runs from where a solver has found a way to."""
+"""Rounds of random runs from states to which a solver has found runs."""
 RUNS = 256
-"""So many of the runs that showed something new are taken to be about all kinds of states."""
+"""How many runs that showed something new are kept, as runs to all kinds of states."""
 
 
 class _MorePasses(Exception):
@@ -41,10 +41,10 @@ class _MorePasses(Exception):
 
 @dataclass
 class BadStates:
-    """Whether some run comes to a bad state, one in which a bad literal is true, while that is looked into.
+    """The questions whether some run makes a bad literal true, with the runs and answers found so far.
 
     `bad`: the literals; `urgent`: those of them that errors depend on, which come first; `budget`: the propagations
-    that a question may cost; `said`: is told what is found of them, together what is found together.
+    that a question may cost; `said`: takes answers, those that are found together at once.
     """
 
     encoding: Encoding
@@ -54,26 +54,26 @@ class BadStates:
     budget: int
     said: Callable[[Sequence[Answered]], None]
     runs: list[Inputs] = field(default_factory=list)
-    """To all kinds of states, or such as need more passes, if some do."""
+    """Runs to all kinds of states; if some run needs more passes, only such runs."""
     seeds: list[Seed] = field(default_factory=list)
     """States to which these runs lead, the start first."""
     _answered: set[Literal] = field(default_factory=set)
     _later: list[int] = field(default_factory=list)
-    """What is not proved soon, by index, which is looked into at last, lest it keep others from a first answer."""
+    """Questions, by index, that are not proved soon; they are asked at last, lest others wait for a first answer."""
     _near: list[int] = field(default_factory=list)
-    """What of it is first looked for near states that runs came to."""
+    """The same; but first a solver looks for runs to them that continue known ones."""
 
     def __post_init__(self) -> None:
         self.concretizer = Concretizer(self.encoding)
 
     @cached_property
     def circuit(self) -> Circuit:
-        """The graph with all that is asked; first, whether the passes are not enough."""
+        """The circuit with all questions; the first of them ask whether the passes are too few."""
         return self.encoding.circuit([*self.encoding.unsettled_parts, *self.bad])
 
     @cached_property
     def _passes(self) -> range:
-        """Which questions are about the passes."""
+        """The indices of the questions about the passes."""
         return range(len(self.encoding.unsettled_parts))
 
     # ---- random runs ----
@@ -81,9 +81,9 @@ class BadStates:
     def explore(self, known: "BadStates | None", cover: bool, early: Callable[[], None]) -> bool:
         """Look for runs, say what they show, and return whether none needs more passes.
 
-        Where a loop is `known` already, its runs are followed, and gone on with: while that shows anything new, or, to
-        `cover`, new states. If some run needs more passes, such runs are all that is kept: others are near them.
-        `early` is called when a little has been looked for, before anything is said that is no error.
+        `known`: the same loop in another graph; its runs are followed and continued. `cover`: whether new states count
+        as new, besides bad literals. If some run needs more passes, only such runs are kept: others are near them.
+        `early` is called after a few rounds, before anything is said that is no error.
         """
         exploration = self._exploration(coverage_goals(self.encoding.latches) if cover else CoverageGoals())
         if known is not None:
@@ -108,19 +108,19 @@ class BadStates:
         return True
 
     def follow(self, known: "BadStates") -> None:
-        """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
+        """Take over what is known of the same loop in a graph with the same latches, and say what its runs show."""
         self.portfolio = replace(self.portfolio, lemmas=known.portfolio.lemmas)
         exploration = self._exploration(CoverageGoals())
         self._follow(exploration, known)
         self.seeds = exploration.seeds
 
     def _exploration(self, coverage: CoverageGoals, asked: Sequence[int] | None = None) -> Exploration:
-        """Return what looks for runs to what is asked, by index; to all bad literals if that is not said."""
+        """Return an exploration that looks for runs to the bad literals asked, by index; None: to all of them."""
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         return Exploration(self.circuit, range(len(self.circuit.bad)) if asked is None else asked, stimulus, coverage)
 
     def _follow(self, exploration: Exploration, known: "BadStates") -> None:
-        """Take the runs that are known, and what they show; what monitors guessed in them is of no use here."""
+        """Take over the known runs, without guesses of monitors, and say what they show here."""
         inputs = dict(zip(known.encoding.given, self.encoding.given, strict=True))
         self.runs = [
             tuple(frozenset(inputs[node] for node in step if node in inputs) for step in run) for run in known.runs
@@ -128,12 +128,12 @@ class BadStates:
         self._seen(exploration.follow(self.runs))
 
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
-        """Take what runs show, and say it, errors first."""
+        """Say what runs show, errors first."""
         for urgent in (True, False):
             self._reached(self._runs(answers, urgent))
 
     def _runs(self, answers: Mapping[int, Reachable], urgent: bool) -> dict[int, Inputs]:
-        """Return the runs of answers, by index, to what errors depend on, or the others but for the passes."""
+        """Return the runs of answers, by index: of urgent questions, or of the others, but of none about passes."""
         return {
             index: answer.inputs
             for index, answer in answers.items()
@@ -143,11 +143,11 @@ class BadStates:
     # ---- proofs ----
 
     def settle(self, insist: bool) -> bool | None:
-        """Return whether it is proved that the passes are enough, and None if some run is known to need more.
+        """Return whether it is proved that the passes are enough; None if some run needs more.
 
-        If one is, it is all that is kept of runs. Not to `insist` is to ask what is proved soon, and to take it that a
-        run needs more if that is not: mostly one does, and to find it takes longer than to prove that of more passes.
-        What errors depend on is asked besides: by induction the one is often proved only together with the other.
+        Only runs that need more are kept then. Without `insist` only short proofs are tried, and None also says that
+        they fail: mostly a run needs more then, and to find it takes longer than to prove one more pass to be enough.
+        Urgent questions are asked besides: induction often proves the one only together with the other.
         """
         answers: dict[int, Settled] = {}
 
@@ -174,10 +174,10 @@ class BadStates:
         return all(isinstance(answers.get(n), Unreachable | Inductive) for n in self._passes)
 
     def prove(self, unroll: bool) -> None:
-        """Ask what no run has shown and what can be proved soon; the rest is left for the end.
+        """Answer the open questions that are soon proved; the rest is left for the end.
 
-        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, to errors
-        now and to others at the end, and what proofs find out is of use later.
+        Urgent ones were asked with the passes. `unroll`: whether a solver continues known runs, to urgent questions now
+        and to others at the end, and whether lemmas are of use later.
         """
         left = self._open()
         urgent = [n for n in left if self._is_urgent(n)]
@@ -189,9 +189,9 @@ class BadStates:
         (self._near if unroll else self._later).extend(others)
 
     def _go_on(self, asked: Sequence[int]) -> list[int]:
-        """Say what runs show that go on from known ones, and return which questions are left.
+        """Look for runs that continue known ones, say what they show, and return the indices of the questions left.
 
-        By turns a solver looks for a few steps to what is asked, and random runs go on from where those lead.
+        In turns, bounded model checking looks for a few steps to bad literals, and random runs go on from their ends.
         """
         left = list(asked)
         if not left:
@@ -214,13 +214,13 @@ class BadStates:
 
     @property
     def unproved(self) -> bool:
-        """Whether something is not proved soon."""
+        """Whether some question is neither answered nor proved soon."""
         return bool(self._near or self._later)
 
     def at_length(self) -> SideTask[Sequence[Answered]]:
-        """Return what tells what comes of that which is not proved soon; nothing of it is said or kept here.
+        """Return the side task that answers the questions not proved soon; nothing of it is said or kept here.
 
-        Known runs are gone on with, then model checkers are asked at length.
+        Known runs are continued, then model checkers are asked at length.
         """
         rest = copy(self)
         rest.portfolio = self.portfolio.copy()
@@ -237,24 +237,24 @@ class BadStates:
     # ---- what is found ----
 
     def _open(self) -> list[int]:
-        """Return what is asked of runs, by index, and not answered yet."""
+        """Return the indices of the questions without an answer, but for those about passes."""
         return [index for index in range(len(self.circuit.bad)) if self._is_open(index)]
 
     def _is_open(self, index: int) -> bool:
         return index not in self._passes and self.circuit.bad[index] not in self._answered
 
     def _is_urgent(self, index: int) -> bool:
-        """Return whether an error depends on what is asked."""
+        """Return whether an error depends on a question."""
         return self.circuit.bad[index] in self.urgent
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
-        """Take runs that make bad literals true; those with no doubles in them show nothing."""
+        """Say what runs to bad literals show, made shorter and concrete; of spurious ones say that it is unknown."""
         short = shorten(self.circuit, runs) if runs else {}
         concrete = self.concretizer.traces(list(short.values()))
         self._say({index: shown(trace) for index, trace in zip(short, concrete, strict=True)})
 
     def _take(self, answers: Mapping[int, Answer | Settled]) -> None:
-        """Take what model checkers say."""
+        """Say what the answers of model checkers show."""
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
         found: dict[int, Found] = {}
         for index, answer in answers.items():

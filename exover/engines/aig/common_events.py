@@ -112,7 +112,7 @@ class Stimuli:
                 return ()
 
     def _converted(self, given: Given, kind: Type) -> Word:
-        """Return a value as one of a version's type: of an enum the ordinal is another, if the values are."""
+        """Return a value as one of a version's type; the ordinal of an enum is converted if the enums differ."""
         return converted(self.terms, given.term, given.parameter.type, kind)
 
 

@@ -37,8 +37,10 @@ WITH_ABC = "with ABC more is answered: see `exover doctor`"
 
 @dataclass(frozen=True, slots=True)
 class CommonRun:
-    """A run of both versions whose last step, and no other, they answer otherwise; `shortest`: that none is shorter
-    that shows this change, is proved."""
+    """A run of both versions that they answer alike up to its last step, which shows a change.
+
+    `shortest`: it is proved that no shorter run shows this change.
+    """
 
     events: tuple[Both, ...]
     shortest: bool
@@ -54,7 +56,7 @@ class _Never(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Allowance:
-    """The time that a search has: out of the context `within`, `over` is raised when it has passed, for this reason."""
+    """The time limit of a search: inside the context `within`, `over` is raised when it has passed, for `reason`."""
 
     within: Callable[[], AbstractContextManager[None]] = nullcontext
     over: type[Exception] = _Never
@@ -99,7 +101,7 @@ def _joined(
     properties: tuple[Properties, Properties],
     passes: int,
 ) -> VersionPair:
-    """Return both versions in one graph; what is held once is equal after every step that both answer alike."""
+    """Return both versions in one graph that share the variables which stay equal while both answer alike."""
     apart: frozenset[str] = frozenset()
     while True:
         pair = VersionPair(versions, compiled, properties, passes, apart)
@@ -125,7 +127,7 @@ def _unproved(runs: Mapping[int, Inputs]) -> dict[int, Shortest]:
 
 @dataclass
 class Comparison:
-    """The changes of a pair while they are looked for."""
+    """The search for runs of a pair that show changes; what was found and proved so far."""
 
     pair: VersionPair
     abc: str
@@ -201,9 +203,9 @@ class Comparison:
                 self.reasons[index] = reason if self.abc else f"{reason}; {WITH_ABC}"
 
     def _shown(self, in_hurry: bool = False) -> dict[int, CommonRun | Open]:
-        """Return by change a shortest run that shows it; one that has no doubles in it shows nothing.
+        """Return by change a shortest run that shows it; `Open` if that run is spurious.
 
-        In a hurry it is one from which no step can be dropped.
+        In a hurry the runs are only such that no step can be dropped.
         """
         if not self.runs:
             return {}

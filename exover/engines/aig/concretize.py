@@ -23,7 +23,7 @@ from exover.model.types import Value, plain
 
 
 class Spurious(Exception):
-    """A run of the graph is none of the loop: there are no doubles for it, or the passes of the graph do not do."""
+    """A run of the graph is none of the loop: no doubles fit it, or the passes do not settle one of its steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class LaneValues:
         return bool(self.cone.read(self.values, literal, -1) >> self.lane & 1)
 
     def number(self, term: Term) -> int:
-        """Return the number, or position, that a word is."""
+        """Return the value of a word: a number, or a position."""
         word = as_word(term)
         return word.low + sum(self.true(bit) << k for k, bit in enumerate(word.bits))
 
@@ -66,9 +66,9 @@ class Concretizer:
         return whole_evaluator(self._circuit)
 
     def traces(self, runs: Sequence[Inputs]) -> list[Trace | Spurious]:
-        """Return the concrete runs, steps in which nothing happens left out, or that there is none.
+        """Return for each run its trace, without steps in which nothing happens, or why it has none.
 
-        Raises `Disagreement` unless the state at the end is the one that the reference interpreter comes to.
+        Raises `Disagreement` if the reference interpreter comes to another state at the end than the graph.
         """
         return [run.spurious or Trace(tuple(run.moments)) for run in self._followed(runs)]
 
@@ -141,7 +141,7 @@ class Concretizer:
             span, bits = latches.spans[name], latches.literals[name]
             mine = span.low + sum((words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
             its = number(latches.types[name], span, held)
-            if span.grid is not None:  # of a real the cell is compared
+            if span.grid is not None:  # reals are compared by their cells
                 mine, its = mine >> span.grid.places, its >> span.grid.places
             if mine != its:
                 event = run.moments[-1].event if run.moments else "the start"
@@ -153,13 +153,13 @@ class _Run:
     """A run while it is followed."""
 
     states: list[State]
-    """That before each moment, and the last."""
+    """The state before each moment, and the last one."""
     moments: list[Moment] = field(default_factory=list)
     spurious: Spurious | None = None
 
 
 def family_of(kind: Kind, given: Given) -> Family:
-    """Return of which family a real is that comes with an event of a kind."""
+    """Return the family of a real that comes with an event of a kind."""
     return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
 
 
@@ -179,7 +179,7 @@ def anchors(
 
 
 def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
-    """Return a double that lies to constants, and to the reals that are held, as its position does to theirs."""
+    """Return a double that compares with constants and fixed reals as its position does; raises `Spurious`."""
     cell = position >> grid.places
     if cell & 1:
         return float(grid.constants[cell // 2])

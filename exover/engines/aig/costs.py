@@ -1,9 +1,9 @@
 """What events cost at most: tests and answers, as the greatest sum over every state that a step may leave.
 
-One step of the graph counts what it costs (`CountingEncoding`), so of what a step may do only that counts together
-which some state lets happen together. A state that a step may leave is one in which no rule that kills, and nothing
-that waits, has anything left to do, and in which nothing is active together that a launch rules out. Whether a run
-comes to such a state is not asked, so the figures are upper bounds; those of the tables alone hold besides.
+One step of the graph counts what it costs (`CountingEncoding`), so costs add up only if some state lets them occur in
+one step. A state that a step may leave is one in which no rule that kills, and nothing that waits, has anything left to
+do, and in which nothing is active together that a launch rules out. Whether a run comes to such a state is not asked,
+so the figures are upper bounds; those of the tables alone hold besides.
 """
 
 from functools import partial
@@ -24,7 +24,7 @@ from exover.ocrd.tables import Tables
 MOST_PASSES = 6
 """Passes after which a step is not looked at any further."""
 LARGEST = 600
-"""Entries and slots from which a graph would be too large."""
+"""The number of entries in the tables above which a graph would be too large."""
 BUDGET = 5_000_000
 """Propagations of the solver for all bounds of a spec: some half a second."""
 
@@ -97,7 +97,7 @@ class _Maxima:
             self.left -= self.solver.work - done
 
     def settles(self) -> bool:
-        """Return whether the last pass never changes anything. What is never broken is relied on if it is inductive."""
+        """Return whether the last pass never changes anything; `lasting` is assumed of states if it is inductive."""
         latches = self.encoding.graph.latches
         start = [2 * node + (not initial) for node, initial in latches]
         self._lasting = False
@@ -141,7 +141,7 @@ class _Maxima:
         return self._bound("observe", name, known, self.cost.reading(number).tests, row.has_fallback)
 
     def _bound(self, verb: str, name: str, known: Bound, tests: int = 0, answers: int = 0) -> Bound:
-        """Return the bound of an event, of which it is known how much it costs beside what is counted."""
+        """Return the bound of an event; `tests`, `answers`: what it costs beside what the graph counts."""
         if (verb, name) not in self.kinds:
             return NEVER
         most = self.most
@@ -155,7 +155,7 @@ class _Maxima:
         return Bound(self._greatest("tests", most.tests, where), answers, passes)
 
     def _passes(self, most: int, where: Literal) -> int:
-        """Return how many passes are run at most, or what they are not shown to exceed."""
+        """Return how many passes are run at most; an upper bound if the budget is spent."""
         ran = self.encoding.ran[:most]
         try:
             return next((k for k in range(1, len(ran)) if not self._some(where, ran[k])), len(ran))
@@ -163,7 +163,7 @@ class _Maxima:
             return len(ran)
 
     def _greatest(self, name: str, most: int, where: Literal) -> int:
-        """Return the greatest value of a sum, or what it is not shown to exceed, by binary search."""
+        """Return the greatest value of a sum, by binary search; an upper bound if the budget is spent."""
         least, reached = self.least[name], 0
         most = min(most, len(least) - 2)
         try:

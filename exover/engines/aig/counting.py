@@ -1,6 +1,6 @@
 """One step of the graph that counts what it costs: every test of a walk, every answer.
 
-A walk is counted test by test where it comes to it; what slots and places count for is taken from the tables (`Costs`).
+The tests of walks are counted one by one; what slots and waiting places cost is taken from the tables (`Costs`).
 """
 
 from collections.abc import Iterable, Iterator
@@ -29,7 +29,7 @@ class Counter:
 
     moment: tuple[str, ...] = ("event",)
     ran: Term | None = None
-    """Where what happens now happens at all; None: everywhere."""
+    """Where the present pass is run; None: everywhere."""
 
     def decides(self, actions: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """Count the tests of a decision, and a newcomer that waits."""
@@ -43,7 +43,7 @@ class Counter:
         self._mark(actions, frame, actions.terms.either(waits), "waits", str(newcomer.request))
 
     def restores(self, actions: TableActions, frame: SymbolicState) -> None:
-        """Nothing: rules are counted one by one."""
+        """Do nothing: rules are counted one by one."""
 
     def walks(
         self,
@@ -67,11 +67,11 @@ class Counter:
 
 @dataclass
 class CountingEncoding(Encoding):
-    """The graph of a step that counts: after the passes one more, that is to change nothing."""
+    """The graph of a step that counts what it costs; one more pass follows the others, which must change nothing."""
 
     observer: Counter = field(default_factory=Counter)
     ran: list[Literal] = field(default_factory=list)
-    """By pass where it is run: after one that has changed something."""
+    """By pass a literal: it is run, for it is the first, or all before it have changed something."""
 
     def _settle(self) -> None:
         changed = TRUE
@@ -141,13 +141,13 @@ class CountingEncoding(Encoding):
 
     @property
     def states(self) -> tuple[Literal, Literal]:
-        """Where nothing is broken that is never broken: before a step, and after it."""
+        """What `lasting` says of the state before a step, and after it."""
         return self.lasting(dict(self._present)), self.lasting(dict(self.after))
 
     # ---- sums ----
 
     def tests(self, cost: Costs) -> Word:
-        """Return the tests of a step, but for those that the kind of its event is known to take."""
+        """Return the number of tests of a step, without those that are known from the kind of its event."""
         marks = {"test": lambda _: 1, "waits": cost.place.__getitem__, "turns": lambda number: 2 * cost.place[number]}
         counted = [(marks[kind](int(number)), where) for (kind, number, *_), where in self._counted]
         notes = {
@@ -161,7 +161,7 @@ class CountingEncoding(Encoding):
         return self._sum(counted)
 
     def answers(self) -> Word:
-        """Return the answers of a step, but for what an event says that is none."""
+        """Return the number of launches, kills, rejections, waits and violations that a step answers with."""
         told = [note.guard for note in self._frame.notes if note.occurrence in ("rejected", "launched", "killed")]
         told += [where for (kind, *_), where in self._counted if kind == "waits"]
         return self._sum([(1, where) for where in (*told, *self._violated)])

@@ -1,4 +1,4 @@
-"""Where two versions answer one step otherwise, by request and by what is done with it, as literals of their graph.
+"""Where the answers of two versions to one step differ, by request and deed, as literals of their graph.
 
 Answers are compared without the rules and texts that they name, and as sets: what is launched in which slot, killed,
 rejected with which arguments, put into the waiting place. Until then both have answered alike, so slots and waiting
@@ -56,7 +56,7 @@ class Differences:
 
     @cached_property
     def agree(self) -> Literal:
-        """Where nothing that is done differs."""
+        """Where the deeds and violations of a step are the same."""
         graph = self.pair.graph
         found = [self._violation(gone) for gone in (False, True)]
         for _, request in self.pair.versions.requests:
@@ -103,7 +103,7 @@ class Differences:
         return graph.any(rejected), graph.any(launched), graph.any(waiting), graph.any(killed)
 
     def _newly(self, mine: SymbolicDeeds, other: SymbolicDeeds, slot: int) -> Literal:
-        """Return where one version launches a request in a slot, and the other not so."""
+        """Return where one version launches a request in a slot, and the other does not with the same arguments."""
         where, args = mine.launched[slot]
         if slot >= len(other.launched):
             return where
@@ -123,7 +123,7 @@ class Differences:
         )
 
     def _alike(self, where: Literal, args: ArgumentTerms, values: ArgumentTerms) -> Literal:
-        """Return where something is so with the very same arguments."""
+        """Return where `where` is true and the arguments are equal."""
         terms = self.pair.terms
         equal = [lit(terms.equal(a, b)) for a, b in zip(args, values, strict=True)]
         return self.pair.graph.all((where, *equal))
@@ -169,7 +169,7 @@ class Differences:
             yield self.pair.graph.conjunction(version.steps, lit(note.guard)), self._values(note.args, mine, new)
 
     def _ends(self, version: Version, request: str, slot: int) -> Literal:
-        """Return where what comes is a report of a slot."""
+        """Return where the event is a report of a slot."""
         return self.pair.graph.any(
             lit(event.chosen)
             for event in version.events

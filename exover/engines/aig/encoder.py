@@ -2,8 +2,8 @@
 
 What an event does is executed symbolically for every kind of event from the same state, and one of the results is
 chosen. Then the parts of a pass run, once for all events, for a number of passes; that one more pass would change
-nothing is a question of its own (`Encoding.unsettled`), on which all other answers rest. Inputs that are no event
-that can happen change nothing and are asked nothing.
+nothing is a question of its own (`Encoding.unsettled`), on which all other answers rest. Inputs that encode no event
+that can happen change nothing, and no question is asked of them.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -40,7 +40,7 @@ from exover.ocrd.compile import Compiled
 
 @dataclass(frozen=True, slots=True)
 class EncodedEvent:
-    """A kind of event as inputs: where the inputs are one, and its values."""
+    """A kind of event. `chosen`: where the inputs encode one that can happen; `given`: its values."""
 
     kind: Kind
     chosen: Term
@@ -62,7 +62,7 @@ class Encoding:
     """Sees what is decided in a step; its marks are marks of the step."""
     events: list[EncodedEvent] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
-    """By latch what it is after a step."""
+    """By latch its next-state literal."""
     code: tuple[int, ...] = ()
     """The nodes of the inputs that are the number of the event, the least significant first."""
     given: tuple[int, ...] = ()
@@ -77,14 +77,14 @@ class Encoding:
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
         self._between: list[Literal] = []
-        """What variables are between the parts of a step: where graphs are compared, that is compared first."""
+        """The literals of variables between the parts of a step; they are among the roots of `whole`."""
         self._frame = self._after_event()
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
 
     def _declare(self) -> None:
-        """Make the variables of a state, and what gives their reals other positions."""
+        """Make the variables of a state, and the reembedding of their reals."""
         self.terms = Words()
         self.latches = Latches(self.compiled.model, self.terms, grids=allocate_ranges(self.compiled, self.properties))
         self._reembedding = Reembedding(self.latches)
@@ -97,7 +97,7 @@ class Encoding:
         return self.latches.vars | self._reembedding.moved | forgotten
 
     def _after_event(self) -> SymbolicState:
-        """Return what is so after an event has done at once what it does."""
+        """Return the state after the update of any event, before the passes."""
         frame = SymbolicState(self.terms, dict(self._present))
         writes: dict[str, list[tuple[Term, Term]]] = {}
         for kind, here, given in self._choices():
@@ -118,7 +118,7 @@ class Encoding:
         return frame
 
     def _choices(self) -> Iterator[tuple[Kind, Literal, tuple[Given, ...]]]:
-        """Yield the kinds of events, each with where the inputs are one and the values that come with it."""
+        """Yield the kinds of events, each with where the inputs are its number, and the values that come with it."""
         found = list(kinds(self.actions.model, self.actions.may_wait))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
         self.code = tuple(bit >> 1 for bit in code)
@@ -127,7 +127,7 @@ class Encoding:
             yield kind, here, tuple(self.latches.values_given(kind, parameters(self.latches, kind), pool))
 
     def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
-        """Return a value as one of the variable's; note where it is none."""
+        """Return a value within the range of a variable; add to `_outside` where it lies outside."""
         if name not in self.latches.spans or value.sort != "Int":
             return value
         span = self.latches.spans[name]
@@ -136,7 +136,7 @@ class Encoding:
         return word
 
     def _settle(self) -> None:
-        """Run passes; in each the parts that may do something after what was done since they last ran."""
+        """Run the passes; in each only the parts that read a variable which was written since they last ran."""
         due = set(range(len(self._parts)))
         self._between += self._bits(self._frame.values)
         for _ in range(self.passes):
@@ -156,12 +156,12 @@ class Encoding:
         self._unsettled = tuple(literal for literal in dict.fromkeys(changing) if literal != FALSE)
 
     def _bits(self, names: Collection[str]) -> list[Literal]:
-        """Return the literals of variables by now."""
+        """Return the present literals of variables of the frame."""
         values = [self._frame.values[name] for name in sorted(names)]
         return [bit for value in values if isinstance(value, Word) for bit in value.bits]
 
     def _changes(self, part: Part) -> Literal:
-        """Return where a part would still change the state; what it passes and notes without that is of the step."""
+        """Return where a part would still change the state; its marks and notes count for the step in any case."""
         frame = self._frame
         after = SymbolicState(self.terms, dict(frame.values), frame.marks, frame.notes)
         part.run(after)
@@ -174,7 +174,7 @@ class Encoding:
 
     @cached_property
     def _reads(self) -> list[frozenset[str]]:
-        """By part the variables that what it does depends on."""
+        """By part the variables that it reads."""
         memory = {name: self.graph.latch(False) for name in self._memory}
         self.following |= dict.fromkeys(memory.values(), FALSE)
         present: dict[str, Term] = dict(self.latches.vars)
@@ -192,7 +192,7 @@ class Encoding:
         return found
 
     def chosen(self, inputs: Collection[int]) -> EncodedEvent:
-        """Return the event whose number the inputs are that are true, by their nodes; it comes if the step is legal."""
+        """Return the event whose number the true inputs, by their nodes, encode; it happens if the step is legal."""
         number = sum(1 << place for place, node in enumerate(self.code) if node in inputs)
         return self.events[min(number, len(self.events) - 1)]
 
@@ -208,7 +208,7 @@ class Encoding:
     # ---- the next state ----
 
     def _close(self) -> None:
-        """Say what each latch is after a step: what does not count is as it was at the start."""
+        """Define the next state of each latch: a held variable whose owner is false gets its initial value."""
         values = self._frame.values
         after = {name: values[name] for name in self.latches.vars}
         for name, owner in self.latches.owners.items():
@@ -237,7 +237,7 @@ class Encoding:
         return found
 
     def state_bits(self, name: str, value: Term) -> list[Literal]:
-        """Return what the latches of a variable are where it has a value."""
+        """Return the literals of a variable's latches where it has a value."""
         word, wide = as_word(value), len(self.latches.literals[name])
         literals: Sequence[Literal] = word.bits
         if word.sort != "Bool":
@@ -247,11 +247,11 @@ class Encoding:
         return [*literals, *[FALSE] * wide][:wide]
 
     def follow(self, latch: Literal, after: Literal) -> None:
-        """Say what a latch is after a step; where nothing happens it stays as it is."""
+        """Define the next state of a latch: `after` if the step is legal, else the latch itself."""
         self.following[latch] = self.graph.choose(self.legal, after, latch)
 
     def whole(self) -> Circuit:
-        """Return the circuit of all that is said of the step."""
+        """Return the circuit whose bad literals are all literals that describe the step, for `rewrite`."""
         marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
         terms = [*self.after.values(), *marks.values(), *moved.values()]
         terms += [term for note in notes for term in (note.guard, *note.args)]
@@ -261,7 +261,7 @@ class Encoding:
         return self.circuit(found)
 
     def rewrite(self, circuit: Circuit) -> None:
-        """Say all that is said of the step in literals of a smaller circuit; literals that were asked for mean nothing.
+        """Describe the step by literals of a smaller circuit; literals that were returned before are invalid then.
 
         `circuit` equals `whole` and has fewer nodes, inputs and latches being the same.
         """
@@ -312,7 +312,7 @@ class Encoding:
 
     @cached_property
     def domain(self) -> Literal:
-        """Where latches are values of their variables, and assumptions on states hold: in every reachable state."""
+        """True in every reachable state: latches are values of their variables, and assumptions on states hold."""
         words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
         legal = [self.latches.legal(word, span) for word, span in words if word.sort != "Bool"]
         assumed = [each.formula for each in self.properties.assumptions]
@@ -370,7 +370,7 @@ class Encoding:
         )
 
     def step_is(self, formula: Formula) -> Literal:
-        """Return where there is a step, to a moment of which a formula is true."""
+        """Return where a legal step leads to a moment of which a formula is true."""
         return self.graph.conjunction(self.legal, self.truth(formula))
 
     @property
@@ -392,12 +392,12 @@ class Encoding:
     def unsettled_parts(self) -> tuple[Literal, ...]:
         """Where a step is unsettled, by the part of a pass that would still change the state; last, by numbers.
 
-        Each is proved by few clauses, where all together take many. What is assumed does not count: whether it is true
-        of a step is known once that is settled.
+        Each is proved by few clauses, where all together take many. Assumptions do not restrict these steps: whether a
+        step satisfies them is known only once it is settled.
         """
         return tuple(self.graph.conjunction(self.possible, part) for part in (*self._unsettled, self._outside))
 
     def circuit(self, bad: Sequence[Literal]) -> Circuit:
-        """Return the transition system with these questions."""
+        """Return the transition system with these bad literals."""
         following = [self.following[2 * node] for node, _ in self.graph.latches]
         return self.graph.circuit(following, bad)

@@ -1,6 +1,6 @@
 """The engine: all claims about one closed loop at once, as questions to one graph, with as many passes as it needs.
 
-What a rule changes is asked of a graph of its own, in which the rules decide beside those that are left without it.
+Redundancy is asked of a graph of its own, in which each decision is also made without each of the rules.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ BUDGET = 100_000_000
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 
 NumberedOpinion = tuple[int, Opinion]
-"""The index of a claim, and what is said of it."""
+"""The index of a claim, and the opinion on it."""
 
 
 @dataclass
@@ -41,7 +41,7 @@ class Aig:
     name: str = "aig"
 
     def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
-        """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
+        """Say the opinion on each claim, by its index, as soon as it is known."""
         left = list(range(len(claims)))
         said: set[int] = set()
 
@@ -50,7 +50,7 @@ class Aig:
             say(left[number], opinion)
 
         for number, claim in enumerate(claims):
-            if _is_wordless(claim):  # at once, for others are asked what we leave open
+            if _is_wordless(claim):  # at once: other engines are asked about it
                 heard(number, Opinion("unknown", "", NO_FORMULA))
         known: Inquiry | None = None
         for passes in PASSES:
@@ -63,11 +63,11 @@ class Aig:
                 say(number, Opinion("unknown", "", UNSETTLED))
 
     def _look_into(self, claims: Sequence[Claim], say: SayOpinion, passes: int, before: Inquiry | None) -> Inquiry:
-        """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
+        """Judge claims on the graph with `passes` passes; if a run seems to need more, leave the rest unsaid.
 
-        Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
-        Whether there are enough is asked first, while the graph is made smaller: what else is found of it is of no use
-        for a larger one.
+        Return what is known then. `before`: the inquiry with fewer passes; from its runs those are looked for that need
+        more still. Whether the passes are enough is asked first, while the graph is made smaller: no other proof is of
+        use for a larger graph.
         """
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
@@ -99,7 +99,7 @@ class Aig:
     def _compare(
         self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[NumberedOpinion], None]
     ) -> None:
-        """Tell what rules change, as far as the passes are enough; it is asked of a graph that is twice as large."""
+        """Tell opinions on redundancy that presume enough passes; they are found on a graph that is twice as large."""
         if numbers:
             passes = known.encoding.passes
             encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
@@ -118,5 +118,5 @@ class Aig:
 
 
 def _is_wordless(claim: Claim) -> bool:
-    """Return whether no question about runs says what is claimed; what a rule changes is asked without a formula."""
+    """Return whether a claim has no formula, and is not about redundancy, which needs none."""
     return claim.formula is None and claim.check != "redundancy"

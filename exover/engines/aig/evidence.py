@@ -1,4 +1,4 @@
-"""What is known of questions about runs, and what that says of claims."""
+"""The answers known to questions about runs, and the opinions on claims that follow."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
@@ -45,22 +45,22 @@ Answered = tuple[Leaf, Found]
 
 @dataclass
 class Evidence:
-    """What is known of questions, of which others are made."""
+    """The answers known to elementary questions, and what follows for the questions that are made of them."""
 
     goes_on: Callable[[bool], bool]
-    """Returns whether it is proved that the assumptions let every run go on for ever, if it is given True fairly."""
+    """Returns whether it is proved that every run can go on for ever under the assumptions; given True, fairly."""
     settled: bool | None = None
     """Whether it is proved that the passes are enough; None before that is looked into."""
     found: dict[Leaf, Found] = field(default_factory=lambda: {Reach(FALSE): Found(False, PROVED)})
     stranded: Trace | None = None
-    """A run to where the assumptions allow no step, if one is known: it is looked for where that is not proved."""
+    """A run to a state from which the assumptions allow no step, if one is known; looked for if `goes_on` is false."""
 
     def is_complete(self, question: RunQuestion) -> bool:
-        """Return whether all has been looked into that the answer to a question depends on."""
+        """Return whether the passes, and all elementary questions that a question is made of, have been looked into."""
         return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
 
     def opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
-        """Return what is known of a claim, which is a question: a run that shows it, or that it is proved."""
+        """Return the opinion on a claim, from the answer to its question and whether the assumptions let runs go on."""
         answer = self.answer(question, claim.fair)
         of_all_runs = answer.truth is not None and (answer.truth or answer.method != WITNESS)
         goes_on = not (claim.coherent and of_all_runs) or self.goes_on(claim.fair)
@@ -75,7 +75,7 @@ class Evidence:
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
 
     def answer(self, question: RunQuestion, fair: bool) -> Found:
-        """Return the answer to a question, of its parts; `fair`: about fair runs alone."""
+        """Return the answer to a question, from those to its parts; `fair`: about fair runs alone."""
         match question:
             case Reach() | LassoQuestion() | CutOff():
                 return self._certain(question, fair)
@@ -92,11 +92,11 @@ class Evidence:
                 assert_never(question)
 
     def _certain(self, leaf: Leaf, fair: bool) -> Found:
-        """Return what is known of a question.
+        """Return the answer to an elementary question, as far as it counts.
 
-        A run shows that a moment is reached, or is a lasso, whatever the passes of the graph; all else rests on them.
-        Of fair runs it is known only if those that were looked at can go on fairly; that none comes to a moment is true
-        of fair runs, too.
+        A run to a moment, and a lasso, count in any case; all other answers only if the passes are proved enough. If
+        `fair`, a finite run, and any answer about ways, count only if every run can go on fairly; that no run comes to
+        a moment is true of fair runs, too.
         """
         found = self.found.get(leaf, Found(None))
         if found.truth is None:
@@ -117,12 +117,12 @@ def unproved(opinion: Opinion) -> Opinion:
 
 
 def shown(trace: Trace | Spurious) -> Found:
-    """Return that a run shows it, if there is a concrete one."""
+    """Return the answer that a run shows: yes if it is concrete, unknown if it is spurious."""
     return Found(None, reason=str(trace)) if isinstance(trace, Spurious) else Found(True, WITNESS, trace)
 
 
 def _either(answers: Sequence[Found]) -> Found:
-    """Return whether one of the answers is yes: the first that is, else none if one is not known, else a proof."""
+    """Return the disjunction of answers: the first that is yes, else unknown if one is unknown, else a proof of no."""
     for answer in answers:
         if answer.truth:
             return answer

@@ -1,8 +1,8 @@
-"""Claims about one closed loop while they are looked into, as questions to one graph.
+"""Answers claims about one closed loop as questions to one graph.
 
-What runs come to is looked into first (`BadStates`), then infinite runs, ways to goals, and what is left of the former,
-side by side. That the passes of the graph are enough is a question like the others: nothing is said to be proved before
-that is. Runs are followed on the reference interpreter before they count.
+Bad states come first (`BadStates`), then infinite runs, ways to goals, and the bad states that are left, side by side.
+That the passes of the graph are enough is a question like the others: nothing is said to be proved before that is. Runs
+are followed on the reference interpreter before they count.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,7 +41,7 @@ URGENT = ("safety", "completeness", "obligation", "property")
 
 @dataclass
 class Inquiry:
-    """Claims while they are looked into."""
+    """The claims about one encoding, their questions, and the evidence so far."""
 
     encoding: Encoding
     claims: Sequence[Claim]
@@ -75,7 +75,7 @@ class Inquiry:
 
     @cached_property
     def _urgent(self) -> frozenset[Leaf]:
-        """What errors depend on."""
+        """The elementary questions on which errors depend."""
         asked = zip(self.questions, self.claims, strict=True)
         return frozenset(leaf for each, claim in asked if claim.check in URGENT for leaf in questions_in(each))
 
@@ -84,22 +84,22 @@ class Inquiry:
     def explore(self, known: "Inquiry | None" = None, cover: bool = True) -> bool:
         """Look for runs, say what they show, and return whether none needs more passes.
 
-        `known`: the same loop with fewer passes, whose runs are gone on with; `cover`: whether to come to new states.
+        `known`: the same loop in another graph, whose runs are continued; `cover`: whether new states count as new.
         """
         self._tell()  # what is known of the start
         before = None if known is None else known.bad_states
         return self.bad_states.explore(before, cover, lambda: self.wander(urgent=True))
 
     def follow(self, known: "Inquiry") -> None:
-        """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
+        """Take over what is known of the same loop in a graph with the same latches, and say what its runs show."""
         self.evidence.settled = known.evidence.settled
         self.bad_states.follow(known.bad_states)
         self._tell()
 
     def settle(self, insist: bool = True) -> bool:
-        """Ask whether the passes are enough, and return whether no run is known to need more.
+        """Ask whether the passes are enough; return False if a run needs more, else True.
 
-        Not to `insist` is to take it that one does if that they are is not proved soon.
+        Without `insist`, False also if it is not soon proved that none does.
         """
         settled = self.bad_states.settle(insist)
         if settled is None:
@@ -109,7 +109,7 @@ class Inquiry:
         return True
 
     def prove(self, unroll: bool = True) -> None:
-        """Ask what no run has shown and what can be proved soon; `unroll`: after known runs have been gone on with."""
+        """Answer the questions left that are soon proved; `unroll`: a solver continues known runs first."""
         self.bad_states.prove(unroll)
 
     @property
@@ -118,10 +118,10 @@ class Inquiry:
         return [number for number in range(len(self.claims)) if number not in self._said]
 
     def finish(self, spare: bool = False, others: Sequence[Heard] = ()) -> None:
-        """Put what is left to model checkers, and say what comes of it; with a `spare` processor, in other processes.
+        """Answer what is left by model checkers, and say all opinions; with a `spare` processor, in other processes.
 
-        Infinite runs, ways, and bad states each begin with what is known now, so that answers do not depend on that.
-        Of others who work beside us it is taken what they say meanwhile.
+        The searches for lassos, ways and bad states each start from what is known now, so that answers are the same in
+        any case. `others`: side tasks that run already, whose messages are heard meanwhile.
         """
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         with (
@@ -134,12 +134,12 @@ class Inquiry:
         self._tell(final=True)
 
     def _heard(self, answers: Sequence[Answered]) -> None:
-        """Take what is found, and say what that shows."""
+        """Take answers to elementary questions, and say the opinions that follow."""
         self.evidence.found.update(answers)
         self._tell()
 
     def _waits_end(self) -> None:
-        """Take from requests that never starve that there is a way out of every wait of theirs.
+        """Conclude that a request which never starves has no deadlock: every wait of it has a way out.
 
         Some run goes on fairly without an abort or a further ask of the request, and on it the wait ends. Where a
         required launch may take the place at once, a wait that ends need not leave the place empty.
@@ -159,8 +159,8 @@ class Inquiry:
                         self.evidence.found[leaf] = Found(False, FAIR)
 
     def _look_for_ways(self, asked: Sequence[CutOff]) -> SideTask[Sequence[Answered]]:
-        """Return what tells what comes of questions about ways."""
-        # ways and lassos add what they look at to their graph, and learn of it
+        """Return the side task that answers the questions about ways."""
+        # ways and lassos add monitors to their graph, and lemmas about it
         encoding = deepcopy(self.encoding) if asked else self.encoding
         portfolio = self.bad_states.portfolio.copy(encoding)
         runs = list(self.bad_states.runs)
@@ -194,7 +194,7 @@ class Inquiry:
 
     @cached_property
     def _lassos(self) -> liveness.Judging:
-        """What answers them: random runs at any time, and the rest at last."""
+        """Judges them: by random runs at any time, by proofs at last."""
         return liveness.Judging(
             self.encoding, self._infinite, self._asking_for_lassos(self.bad_states.portfolio), self._saying(self._heard)
         )
@@ -222,13 +222,13 @@ class Inquiry:
         return said
 
     def wander(self, urgent: bool = False) -> None:
-        """Look for infinite runs at random, and say what they show, before anything is proved; `urgent`: for errors."""
+        """Look for random lassos, and say what they show, before anything is proved; `urgent`: for errors alone."""
         asked = [index for index, leaf in enumerate(self._infinite) if not urgent or leaf in self._urgent]
         if asked:
             self._lassos.wander(self.bad_states.runs, asked)
 
     def _look_for_lassos(self) -> SideTask[Sequence[Answered]]:
-        """Return what tells what comes of questions about infinite runs."""
+        """Return the side task that answers the questions about infinite runs."""
         runs, portfolio = list(self.bad_states.runs), self.bad_states.portfolio.copy()
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:
@@ -240,7 +240,7 @@ class Inquiry:
         return look
 
     def _goes_on(self, fair: bool) -> bool:
-        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""
+        """Return whether it is proved that every run can go on for ever under the assumptions, if `fair` fairly."""
         if not self.encoding.properties.assumptions:
             return True
         if not self.evidence.settled:
@@ -265,7 +265,7 @@ class Inquiry:
         return next((trace for trace in traces if isinstance(trace, Trace)), None)
 
     def _tell(self, final: bool = False) -> None:
-        """Say of each claim what is known of it by now, and which are given up: all, if this is `final`."""
+        """Say the opinion on each claim that is decided or has all its questions answered; on all claims if `final`."""
         for number, question in enumerate(self.questions):
             if number not in self._said:
                 opinion = self.evidence.opinion(question, self.claims[number])

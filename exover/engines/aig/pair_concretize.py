@@ -1,4 +1,4 @@
-"""From runs of two versions in one graph to the events of concrete ones, followed on the reference interpreters."""
+"""From runs of the graph of two versions to concrete events, followed on the reference interpreter of each."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -25,7 +25,7 @@ Both = tuple[Event | None, Event | None]
 
 @dataclass(frozen=True)
 class PairConcretizer:
-    """Makes concrete events of the runs of a pair; `agree`: where its steps are answered alike."""
+    """Makes concrete events of the runs of a pair; `agree`: literal of the steps that both answer alike."""
 
     pair: VersionPair
     agree: Literal
@@ -48,7 +48,7 @@ class PairConcretizer:
         return whole_evaluator(self._circuit)
 
     def events(self, run: Inputs) -> tuple[Both, ...]:
-        """Return what comes step by step, steps in which nothing happens left out; raises `Spurious`."""
+        """Return the events of a run by step, without steps in which nothing happens; raises `Spurious`."""
         cone = self._cone
         words = initial(self._circuit.latches, 1)
         states = [reference.start() for reference in self._references]

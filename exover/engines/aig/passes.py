@@ -8,14 +8,14 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
 FIRST = 1
-"""Passes that are tried first; events of many small specs need no more."""
+"""The number of passes that is tried first; many small specs need no more."""
 
 
 def enough_passes(compiled: Compiled, properties: Properties) -> int | None:
-    """Return a number of passes after which, in the runs that are assumed, one more changes nothing; None: not known.
+    """Return a number of passes that is proved to settle every step of every run under the assumptions.
 
-    Fewer are too few for some run, or were not soon proved to be enough. The embedded solver proves it, so that the
-    same number is found everywhere.
+    Fewer are too few for some run, or were not soon proved to be enough. None if no number is proved. The embedded
+    solver does the proofs, not ABC, so that the same number is found everywhere.
     """
     known: Inquiry | None = None
     for passes in range(FIRST, PASSES.stop):

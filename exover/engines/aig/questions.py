@@ -1,6 +1,6 @@
-"""Claims as questions to a transition system: whether some run comes to a moment, which stays, or is cut off.
+"""Claims as questions about runs: does one reach a bad state, is one a lasso of a formula, is one cut off from a goal?
 
-A formula of CTL is a condition of such questions, each about one run, or about the way from everywhere to a goal.
+A formula of CTL is a Boolean combination of such elementary questions.
 """
 
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ class Reach:
 
 @dataclass(frozen=True, slots=True)
 class KnownAtStart:
-    """It is true, or not, of the start."""
+    """The answer is known: it depends on the start alone."""
 
     truth: bool
 
@@ -56,25 +56,25 @@ class CutOff:
 
 @dataclass(frozen=True, slots=True)
 class Denied:
-    """The question is answered with no."""
+    """The negation of a question."""
 
     part: "RunQuestion"
 
 
 @dataclass(frozen=True, slots=True)
 class Either:
-    """One of the questions is answered with yes."""
+    """The disjunction of questions."""
 
     parts: tuple["RunQuestion", ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """None of these kinds: the engine cannot say."""
+    """A question of none of these kinds, which the engine cannot answer."""
 
 
 Leaf = Reach | LassoQuestion | CutOff
-"""What is asked of runs."""
+"""The elementary questions about runs."""
 RunQuestion = Reach | KnownAtStart | LassoQuestion | CutOff | Denied | Either | Beyond
 
 
@@ -87,7 +87,7 @@ class Questions:
     _kept: dict[tuple[Formula, bool], Literal] = field(default_factory=dict)
 
     def of_claim(self, claim: Claim) -> RunQuestion:
-        """Return the question that the formula of a claim is: the claim holds iff it is answered with yes."""
+        """Return the question of a claim: the claim holds iff its answer is yes."""
         if claim.formula is None:
             return Beyond()
         if claim.linear:
@@ -95,7 +95,7 @@ class Questions:
         return self.of(claim.formula, claim.fair)
 
     def of(self, formula: Formula, fair: bool = False) -> RunQuestion:
-        """Return the question that a formula of CTL is: true at the start iff it is answered with yes."""
+        """Return the question of a formula of CTL: the formula is true at the start iff its answer is yes."""
         return self._of(question_of(formula), fair)
 
     def _of(self, question: QuestionClass, fair: bool) -> RunQuestion:
@@ -142,7 +142,7 @@ class Questions:
 
     @property
     def _first(self) -> Literal:
-        """Where no step has been taken yet."""
+        """A literal over the state: no step has been taken yet."""
         if self._begun is None:
             self._begun = self.encoding.graph.latch(False)
             graph, legal = self.encoding.graph, self.encoding.legal
@@ -151,7 +151,7 @@ class Questions:
 
 
 def questions_in(question: RunQuestion) -> Iterator[Leaf]:
-    """Yield the questions that an answer depends on, in order."""
+    """Yield the elementary questions that a question is made of, in order."""
     match question:
         case Reach() | LassoQuestion() | CutOff():
             yield question

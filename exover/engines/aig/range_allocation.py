@@ -33,7 +33,7 @@ class RangeAllocation:
     tables: Tables
     tracked: TrackedPredicates
     compared: dict[Family, Family] = field(default_factory=dict)
-    """By family another one of those that it is compared with, itself if it is the first of these."""
+    """Union-find: by family another one that it is compared with, itself if it is the first of these."""
     _constants: dict[Family, set[Fraction]] = field(default_factory=dict)
     _holders: dict[Family, int] = field(default_factory=dict)
     _ordered: set[Family] = field(default_factory=set)
@@ -90,7 +90,7 @@ class RangeAllocation:
                 self._join(mine[0], other_parameter)
 
     def absorb(self, other: "RangeAllocation", called: Callable[[Family], Family]) -> None:
-        """Tell reals apart as other grids do as well, whose families are called otherwise here."""
+        """Add the constants and comparisons of another allocation; `called`: what its families are called here."""
         for family, constants in other._constants.items():
             mine = called(family)
             self._constants.setdefault(mine, set()).update(constants)

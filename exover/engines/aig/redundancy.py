@@ -111,7 +111,7 @@ class Contrasts:
         for name, decision in choice.others.items():
             differs = moment.differ(mine, moment.effects(decision))
             if not newcomer.settling and request.without_rules({name}) is not request:
-                differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # what it is then is busy
+                differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # it would be rejected as busy
             frame.mark(actions.terms.both((guard, moment.bit(differs))), *otherwise(name))
 
     def restores(self, actions: TableActions, frame: SymbolicState) -> None:
@@ -133,7 +133,7 @@ class Contrasts:
 
 @dataclass(frozen=True)
 class DecisionEffects:
-    """What decisions do, told of one frame. `truths`: by number where a condition is true."""
+    """The effects of decisions in one frame. `truths`: by number of a condition where it is true."""
 
     layout: Layout
     frame: SymbolicState
@@ -146,7 +146,7 @@ class DecisionEffects:
         return self.frame.terms.graph
 
     def bit(self, literal: Literal) -> Term:
-        """Return the term that a literal is."""
+        """Return a literal as a term."""
         assert isinstance(self.frame.terms, Words)
         return self.frame.terms.bit(literal)
 
@@ -155,7 +155,7 @@ class DecisionEffects:
         return lit(self.frame[flag])
 
     def effects(self, decision: DecisionList) -> EffectLiterals:
-        """Return where a decision has which effect."""
+        """Return by effect where a decision has it."""
         graph, truths = self.graph, self.truths
         demanded: dict[type, list[Literal]] = {}
         for where, do in decision.demands:
@@ -180,7 +180,7 @@ class DecisionEffects:
         return found
 
     def killed(self, decision: DecisionList, guard: Literal) -> EffectLiterals:
-        """Return by slot where it is among what a decision clears."""
+        """Return by kill of a slot where a decision does it, as far as `guard` is true."""
         wheres: dict[DecisionEffect, list[Literal]] = {}
         for where, targets, _ in decision.hits:
             for name, at in targets:
@@ -198,7 +198,7 @@ class DecisionEffects:
         return graph.any(found)
 
     def _met(self, effect: DecisionEffect) -> Literal:
-        """Return where an effect is one: a slot that runs is killed, a place that is taken emptied."""
+        """Return where an effect changes anything: the slot to kill is running, the place to dismiss is taken."""
         match effect:
             case ("kill", str(name), int(number)):
                 slot = self.layout.slots[name, number]
@@ -216,7 +216,7 @@ def _lacking(rules: Sequence[Rule]) -> Iterator[tuple[str, tuple[Rule, ...]]]:
 
 
 def _different(mine: DecisionList, others: dict[str, DecisionList]) -> dict[str, DecisionList]:
-    """Return the decisions that do not ask and do the very same."""
+    """Return those of the other decisions that ask or do something else than `mine`."""
     return {name: other for name, other in others.items() if _plain(other) != _plain(mine)}
 
 

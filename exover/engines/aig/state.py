@@ -17,7 +17,7 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 
 @dataclass(frozen=True, slots=True)
 class AllocatedRange:
-    """The numbers, or positions on a grid, that the values of a type are."""
+    """The numbers, or positions on a grid, that stand for the values of a type."""
 
     low: int
     high: int
@@ -25,7 +25,7 @@ class AllocatedRange:
 
 
 def number(kind: Type, span: AllocatedRange, value: Value) -> int:
-    """Return the number, or the position, that a value of a type is."""
+    """Return the number, or the position, that stands for a value of a type."""
     if span.grid is not None:
         from fractions import Fraction
 
@@ -73,11 +73,11 @@ class Latches(Layout):
         self.initial[name], self.types[name] = self.value(kind, initial), kind
 
     def made(self, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
-        """Return the number or position that literals are."""
+        """Return the number or position that literals encode."""
         return self.terms.word(bits, span.low, span.high, span.grid)
 
     def family(self, name: str) -> Family:
-        """Return of which family the values of a variable are."""
+        """Return the family of the values of a variable."""
         owner, dot, last = name.rpartition(".")
         for request in self.model.requests:
             if owner in (f"{request.name} waiting", f"{request.name} past") or (
@@ -107,7 +107,7 @@ class Latches(Layout):
     def given(self, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return a number of the span, of a real a position that some double has, for every value of the bits.
 
-        Bits that are none have their highest one cleared; every number is that of some bits.
+        Bits beyond the span have their highest one cleared; every number of the span is that of some bits.
         """
         if span.grid is None:
             return self.terms.word(self._limited(bits, span.high - span.low), span.low, span.high)
@@ -139,7 +139,7 @@ class Latches(Layout):
         return (*bits[:-1], self.terms.graph.conjunction(bits[-1], fits))
 
     def _positions(self, word: Word, grid: Grid) -> list[Literal]:
-        """Return what is true of positions that doubles have: a constant has one place."""
+        """Return literals that are true of positions which doubles have: on a constant the place is 0."""
         terms, places = self.terms, grid.places
         bits = terms._from(word, 0)
         cell, place = bits[places:], bits[:places]
@@ -190,7 +190,7 @@ class Reembedding:
         self.legal = self.latches.terms.graph.all(kept)
 
     def _move(self, name: str) -> Literal:
-        """Give a variable another place, and return where it has a right to it: it stays in its cell."""
+        """Give a variable another place in its cell, as inputs say, and return where that is a position."""
         latches, span = self.latches, self.latches.spans[name]
         assert span.grid is not None
         graph, places = latches.terms.graph, span.grid.places

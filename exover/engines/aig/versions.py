@@ -48,7 +48,7 @@ class Version(Encoding):
 
     @cached_property
     def steps(self) -> Literal:
-        """Where what comes is something for this version."""
+        """Where the event is one of this version."""
         events = zip(self.stimuli.events, self.stimuli.here, strict=True)
         return self.graph.any(here for event, here in events if event.kinds[self.side] is not None)
 
@@ -64,13 +64,13 @@ class Version(Encoding):
 
     @cached_property
     def then(self) -> dict[str, Term]:
-        """The variables after what came, also if it was nothing for this version."""
+        """The variables after the step, also if the event is none of this version."""
         steps = self.terms.bit(self.steps)
         return {name: self.terms.choose(steps, value, self._present[name]) for name, value in self.after.items()}
 
     @cached_property
     def before(self) -> dict[str, Term]:
-        """The variables before what comes."""
+        """The variables before the step."""
         return {name: self._present[name] for name in self.after}
 
 
@@ -137,12 +137,12 @@ class VersionPair:
 
     @property
     def events(self) -> tuple[CommonEvent, ...]:
-        """What comes, by number."""
+        """The events by number."""
         return self.stimuli.events
 
     @property
     def code(self) -> tuple[int, ...]:
-        """The nodes of the inputs that are the number of what comes."""
+        """The nodes of the inputs that are the number of the event."""
         return self.stimuli.code
 
     @cached_property
@@ -188,17 +188,17 @@ class VersionPair:
             yield new, self.graph.conjunction(moves, differ)
 
     def circuit(self, agree: Literal, bad: Sequence[Literal]) -> Circuit:
-        """Return the transition system of both: a step that they do not answer alike leads nowhere."""
+        """Return the transition system of both; a step that they do not answer alike leaves the state as it is."""
         moves = self.graph.conjunction(self.legal, agree)
         following = self.old.following | self.new.following
-        for side in (self.new, self.old):  # what is held once is as in OLD
+        for side in (self.new, self.old):  # shared latches follow OLD
             for name, bits in side.latches.literals.items():
                 after = side.state_bits(name, side.then[name])
                 following |= {bit: self.graph.choose(moves, then, bit) for bit, then in zip(bits, after, strict=True)}
         return self.graph.circuit([following[2 * node] for node, _ in self.graph.latches], bad)
 
     def goals(self) -> CoverageGoals:
-        """Return what random runs watch of both."""
+        """Return the coverage goals of random runs of both."""
         return coverage_goals(*(side.latches for side in self.sides))
 
 

@@ -69,7 +69,7 @@ class Words(Terms):
     # ---- making ----
 
     def bit(self, literal: Literal) -> Word:
-        """Return the Bool that a literal is."""
+        """Return a literal as a Bool."""
         known = self._words.get((literal,))
         if known is None:
             kind = "constant" if literal <= TRUE else "var"
@@ -92,7 +92,7 @@ class Words(Terms):
         return known
 
     def constant(self, value: Number, sort: Sort) -> Term:
-        """Return a number; a real becomes a position where it meets one."""
+        """Return a number; a real becomes a position when it meets one that has a grid."""
         return super().constant(value, sort) if sort == "Real" else self.word((), int(value), int(value))
 
     def truth(self, value: bool) -> Term:
@@ -104,7 +104,7 @@ class Words(Terms):
         return self.bit(bits[0]) if word.sort == "Bool" else self.word(bits, word.low, word.high, word.grid)
 
     def replace(self, circuit: Circuit) -> None:
-        """Go on with the graph of a circuit of the same inputs and latches; words of other literals mean nothing."""
+        """Replace the graph by a circuit with the same inputs and latches; words with other literals are forgotten."""
         self.graph.replace(circuit)
         leaves = {0, *circuit.inputs, *(latch.node for latch in circuit.latches)}
         self._words = {k: word for k, word in self._words.items() if all(bit >> 1 in leaves for bit in word.bits)}
@@ -136,7 +136,7 @@ class Words(Terms):
         return self.word([self.graph.choose(guard, a, b) for a, b in pairs], low, high, one.grid)
 
     def selected(self, cases: Sequence[tuple[Term, Term]], otherwise: Term) -> Term:
-        """Return the term of the one case that is true, if none is, `otherwise`; at most one is."""
+        """Return the term of the case that is true, `otherwise` if none is; at most one case may be true."""
         guards: dict[Term, list[Term]] = {}
         for guard, value in cases:
             guards.setdefault(value, []).append(guard)
@@ -174,7 +174,7 @@ class Words(Terms):
         return self.word(bits, low, low + most)
 
     def _multiple(self, bits: Bits, factor: int) -> Bits:
-        """Return a number so many times."""
+        """Return `factor * bits`."""
         if len(bits) == 1:
             return tuple(bits[0] if bit else FALSE for bit in _number(factor))
         total: Bits = ()
@@ -186,7 +186,7 @@ class Words(Terms):
     def _balanced(self, rows: Sequence[tuple[Bits, int]]) -> tuple[Bits, int]:
         """Return the sum of numbers that are at most so large, as a balanced tree.
 
-        Where one of them is another, all but one branch of the tree stays what it was.
+        If one of them is replaced, only one branch of the tree changes.
         """
         level = [*rows] or [((), 0)]
         while len(level) > 1:
@@ -215,7 +215,7 @@ class Words(Terms):
         return self.bit(least)
 
     def narrowed(self, term: Term, low: int, high: int) -> tuple[Word, Literal]:
-        """Return a number as one of `low .. high`, and where it is not."""
+        """Return a number as a word of `low .. high`, and a literal: it lies outside."""
         word = as_word(term)
         if low <= word.low and word.high <= high:
             return word, FALSE
@@ -245,7 +245,7 @@ class Words(Terms):
         return self.word((), position, position, grid)
 
     def _from(self, word: Word, low: int) -> Bits:
-        """Return a number as bits above `low`, which it is not below."""
+        """Return the bits of `word - low`; `low` is at most `word.low`."""
         return self._added(word.bits, _number(word.low - low))
 
     def _padded(self, one: Bits, other: Bits) -> tuple[Bits, Bits]:
@@ -277,7 +277,7 @@ class Words(Terms):
 
 
 def lit(term: Term) -> Literal:
-    """Return the literal that a Bool is."""
+    """Return the literal of a Bool."""
     assert isinstance(term, Word) and term.sort == "Bool"
     return term.bits[0]
 
