@@ -1,4 +1,4 @@
-"""What a finding says of the closed loop, as a formula: one for all engines."""
+"""Claims: what a finding says of the closed loop, as a formula that all engines judge."""
 
 from collections.abc import Callable
 from typing import Literal, Protocol
@@ -17,23 +17,23 @@ from exover.model.property import (
 from exover.model.trace import Trace
 
 Progress = Callable[[str], None]
-"""Is told what is being looked at."""
+"""Receives a text that says what is being done."""
 Verdict = Literal["holds", "violated", "unknown"]
 NO_FORMULA = "what it asks is not said by a formula about runs"
-"""Why an engine has no answer that knows formulas alone."""
+"""The reason of `unknown` of an engine that can only judge formulas."""
 CONTRADICTORY = "the assumptions contradict each other"
-"""Why a claim about them is violated whatever else it says."""
+"""Why a claim with `coherent` is violated, whatever its formula."""
 CONTRADICTION = f"{CONTRADICTORY}: from here on they forbid every step"
-"""The same, of a run that leads there."""
+"""The same, for a run that leads to a moment without an allowed step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What holds iff the check holds for the subject: the formula is true at the start.
+    """A claim: the check holds for the subject iff the formula is true at the start.
 
-    It is of CTL, or if `linear` of LTL. Paths are infinite, made of the steps that the assumptions allow, and if `fair`
-    those of fair reports. `coherent`: and the assumptions do not contradict each other; where they do, a claim without
-    that is about nothing. No formula: what the check asks cannot be said of the moments of the loop's runs.
+    It is a formula of CTL or, if `linear`, of LTL. Paths are infinite and made of steps that the assumptions allow; if
+    `fair`, only those with fair reports count. `coherent`: the claim also says that the assumptions do not contradict
+    each other; if they do, a claim without it is about no run. None: the check is not about the runs of one loop.
     """
 
     check: str
@@ -46,10 +46,10 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Opinion:
-    """What an engine says of a claim.
+    """The answer of an engine to a claim.
 
-    `method` says how a `holds` or `violated` was found, `message` why it is `unknown`, and what else a reader should
-    know. `trace`: the run of the reference interpreter that shows it, if a run can and the engine has found one.
+    `method`: how a `holds` or `violated` was found; `message`: why it is `unknown`, or what else a reader should know.
+    `trace`: a run of the reference interpreter that shows it, if a run can and the engine has found one.
     """
 
     verdict: Verdict
@@ -59,15 +59,14 @@ class Opinion:
 
 
 SayOpinion = Callable[[int, Opinion], None]
-"""Takes the index of a claim, and what an engine says of it."""
+"""Receives the index of a claim and the opinion of an engine."""
 
 
 class Judge(Protocol):
     """An engine for claims about one closed loop.
 
-    What it cannot express, and what it gives up, is `unknown` with the reason. It raises nothing but for faults of
-    exover's own. It may be killed at any moment, and whatever processes it has started end with it
-    (`exover.engines.process`).
+    A claim that it cannot express, or gives up, is `unknown` with the reason. It raises only for faults of exover. It
+    may be killed at any time, and all processes that it has started end with it (`exover.engines.process`).
     """
 
     @property
@@ -76,7 +75,7 @@ class Judge(Protocol):
         ...
 
     def judge(self, claim: Claim) -> Opinion:
-        """Return whether the claim is true of every run that the assumptions leave."""
+        """Return the opinion whether the claim is true of the runs that the assumptions allow."""
         ...
 
 

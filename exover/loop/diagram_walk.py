@@ -1,4 +1,4 @@
-"""Diagrams of the decoded tables, followed on all their paths at once: nodes stand before their children."""
+"""Diagrams of the decoded tables, followed on all paths at once, parents before their children."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -17,10 +17,10 @@ def follow(
     branched: Callable[[int, Node, S], tuple[S, S]],
     act: Callable[[int, Node, S], None],
 ) -> list[S]:
-    """Return the conditions under which the walk that starts with `start` ends with a test, one for each such path.
+    """Return the conditions, one for each edge, under which a walk that starts under `start` leaves a test for the end.
 
-    `joined` joins the conditions under which a node is met, None if none can be true; `branched` splits that by the
-    test of the node. `act` is called for the actions, in the order in which they stand on every path.
+    `joined` returns the disjunction of the conditions of a node, None if it is never true; `branched` splits it by the
+    test of the node. `act` is called for each action, in the order in which they occur on every path.
     """
     at: dict[int, list[S]] = {root: [start]}
     for number in tables.below(root):
@@ -46,7 +46,7 @@ def agreed(
     all_: S,
     chosen: Callable[[Node, S, S], S],
 ) -> S:
-    """Return where a diagram comes to an action; `chosen` is the first of two where the test of a node is true."""
+    """Return the condition under which a diagram leads to an action; `chosen(node, low, high)`: if-then-else."""
     known = {NONE: none, ALWAYS: all_}
     for number in reversed(tables.below(root) if root >= 0 else ()):
         node = tables.nodes[number]

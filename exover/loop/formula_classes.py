@@ -1,4 +1,4 @@
-"""What kind of question a formula is: of the start, of one run, or of what is possible from everywhere."""
+"""Classes of formulas: about the start, about one run, or about what is possible from everywhere."""
 
 from collections.abc import Iterator
 
@@ -21,14 +21,14 @@ from exover.model.property import (
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """A formula of LTL such that a run of which it is true shows a formula of CTL; `exact`: only such a run does."""
+    """A formula of LTL, true of a run only if that run shows a formula of CTL; `exact`: if and only if."""
 
     formula: Formula
     exact: bool = True
 
 
 def path_of(formula: Formula, positive: bool = True) -> Path | None:
-    """Return what a single run must satisfy to show a formula of CTL, or its negation; None if none can show it."""
+    """Return what a run must satisfy to show a formula of CTL (unless `positive`, its negation); None if none can."""
     if momentary(formula):
         return Path(formula if positive else Negation(formula))
     match formula:
@@ -90,7 +90,7 @@ class ExistsUntil:
 
     @property
     def path(self) -> Formula:
-        """What a run that shows it satisfies, of LTL."""
+        """The formula of LTL that a run which shows it satisfies."""
         if self.strict and self.allowed == FALSE:
             return Next(self.goal)
         until = Until(self.allowed, self.goal)
@@ -104,11 +104,11 @@ class Stuck:
     since: Formula
     way: ExistsUntil
     formula: Formula
-    """The formula that says so."""
+    """The formula of CTL that says this."""
 
 
 def way_of(formula: Formula) -> ExistsUntil | None:
-    """Return the way that a formula of CTL asks for."""
+    """Return a formula of CTL as E [allowed U goal] or EX of it; None if it is none."""
     match formula:
         case SomeNext(SomeUntil(allowed, goal)) if momentary(allowed) and momentary(goal):
             return ExistsUntil(allowed, goal, strict=True)
@@ -121,7 +121,7 @@ def way_of(formula: Formula) -> ExistsUntil | None:
 
 
 def stuck_of(formula: Formula) -> Stuck | None:
-    """Return what a formula of CTL says, if it says that there is no way from somewhere."""
+    """Return a formula of CTL as EF (since and not the way); None if it is none."""
     match formula:
         case SomeUntil(Conjunction(()), bad):
             found = list(conjuncts(bad))
@@ -137,7 +137,7 @@ def stuck_of(formula: Formula) -> Stuck | None:
 
 @dataclass(frozen=True, slots=True)
 class Lingering:
-    """F (since and G stays): a run that from some moment on stays where it is."""
+    """F (since and G stays): from some moment on, `stays` is true for ever; at that moment `since` is true as well."""
 
     since: Formula
     stays: Formula
@@ -149,7 +149,7 @@ class Lingering:
 
 
 def lingering_of(path: Formula) -> Lingering | None:
-    """Return what a formula of LTL says, if it says that a run stays somewhere for ever."""
+    """Return a formula of LTL as F (since and G stays); None if it is none."""
     since: list[Formula] = []
     stays: list[Formula] = []
     inside = path
@@ -178,14 +178,14 @@ class AtStart:
 
 @dataclass(frozen=True, slots=True)
 class Opposite:
-    """The formula is true iff what this asks is not."""
+    """The negation of another question."""
 
     part: "QuestionClass"
 
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """The formula is true iff what the parts ask is: each, if `every`, or one of them."""
+    """The conjunction of questions if `every`, else their disjunction."""
 
     parts: tuple["QuestionClass", ...]
     every: bool
@@ -193,14 +193,14 @@ class Joined:
 
 @dataclass(frozen=True, slots=True)
 class Unclassed:
-    """No single run shows the formula, and it does not ask for ways from everywhere."""
+    """A formula in none of these classes."""
 
 
 QuestionClass = AtStart | Opposite | Joined | ExistsUntil | Stuck | Path | Unclassed
 
 
 def question_of(formula: Formula) -> QuestionClass:
-    """Return which question a formula of CTL is: of the start, of runs, of ways, or made of such."""
+    """Return the class of a formula of CTL."""
     if momentary(formula):
         return AtStart(formula)
     match formula:

@@ -1,10 +1,10 @@
-"""Runs whose numbers say no more than they have to.
+"""Plain runs: numbers replaced by simple ones that no condition tells from them.
 
-Of all values that no condition tells apart from the given one, a plain run has the one nearest to what the poster reads
-at the start, or nearest to 0 of what is asked or reported: `wind = 46` where a limit is 45. What is told apart of a
-number is on which side of each constant it lies that it is compared with; one that is compared with other numbers, or
-stands in a sum, is left as it is. States that differ in such values alone take the same steps (a bisimulation, Milner
-1989), so what a run shows the plain one shows, and a lasso stays one.
+Of all values that no condition tells from the given one, a plain run has the nearest to the poster's initial value or,
+of arguments and results, to 0: `wind = 46` where a limit is 45. Two values are told apart iff they are on different
+sides of a constant that they are compared with. Numbers that are compared with other numbers, or are part of a sum, are
+left alone. States that differ in such values only are bisimilar (Milner 1989), so the plain run shows the same, and a
+lasso stays a lasso.
 """
 
 from bisect import bisect_right
@@ -25,19 +25,19 @@ from exover.model.types import Int, Real, Value
 from exover.ocrd.vector import comparisons, conditions
 
 Cut = tuple[float, int]
-"""A constant that values are told apart by: those below it from the others (0), or those above it (1)."""
+"""A constant that separates the values below it from the others (0), or those above it from the others (1)."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Number:
-    """What is told apart of a number, in order, and the value that it is to be near to."""
+    """The type of a number, its cuts in order, and the value to which its plain value should be near."""
 
     kind: Int | Real
     cuts: tuple[Cut, ...]
     near: float
 
     def plain(self, value: float) -> float:
-        """Return the value nearest to where it is to be of those that are not told apart from this one."""
+        """Return a simple value near to `near` among those that the cuts do not tell from this one."""
         place = self._place(value)
         if self._place(self.near) == place:
             return self.near
@@ -51,7 +51,7 @@ class _Number:
         return self._place(one) == self._place(other) and self.kind.low <= other <= self.kind.high
 
     def _place(self, value: float) -> int:
-        """Return how many cuts a value lies beyond."""
+        """Return the number of cuts that a value lies beyond."""
         return bisect_right(self.cuts, (value, 0))
 
     def _from(self, bound: float, up: bool) -> Iterator[float]:
@@ -69,7 +69,7 @@ class _Number:
 
 
 DIGITS = 4
-"""A real has fewer digits more than the bound that it lies beyond."""
+"""A plain real has fewer than so many digits more than the cut next to it."""
 
 
 MIRRORED = str.maketrans("<>", "><")
@@ -79,13 +79,13 @@ Key = tuple[str | None, str]
 
 @dataclass(frozen=True)
 class PlainRuns:
-    """Makes runs of a model plain, of which properties tell apart what they compare."""
+    """Makes runs of a model plain; conditions of the model and of the properties tell values apart."""
 
     model: Model
     properties: Properties
 
     def of(self, trace: Trace, reference: Reference) -> Trace:
-        """Return the run with plain numbers. Raises `Disagreement` if it is answered otherwise."""
+        """Return the run with plain numbers; raises `Disagreement` if its answers differ by more than these numbers."""
         events = tuple(map(self._event, trace.events))
         if events == trace.events:
             return trace
@@ -129,7 +129,7 @@ class PlainRuns:
 
     @cached_property
     def _numbers(self) -> dict[Key, _Number]:
-        """What is told apart of the numbers that are compared with constants alone."""
+        """The numbers that are compared with constants only."""
         cuts, whole = self._compared
         return {
             key: _Number(kind, tuple(sorted(cuts.get(key, ()))), near)
@@ -138,7 +138,7 @@ class PlainRuns:
         }
 
     def _declared(self) -> Iterator[tuple[Key, Int | Real, float]]:
-        """Yield the numbers that events give, with what each is to be near to."""
+        """Yield the numbers that events give, with their types and the values that they should be near to."""
         for poster in self.model.variables:
             if isinstance(poster.type, Int | Real) and not isinstance(poster.initial, str):
                 yield (None, poster.name), poster.type, poster.initial
@@ -150,7 +150,7 @@ class PlainRuns:
 
     @cached_property
     def _compared(self) -> tuple[dict[Key, set[Cut]], set[Key]]:
-        """Return by number the cuts that constants are, and the numbers whose very values count."""
+        """The cuts of each number, and the numbers whose exact values matter."""
         cuts: dict[Key, set[Cut]] = {}
         whole: set[Key] = set()
         stated = ((None, condition) for condition in property_conditions(self.properties))
@@ -168,7 +168,7 @@ class PlainRuns:
 
 @dataclass(frozen=True, slots=True)
 class GivenValue:
-    """A value that an event gives, and what is told apart of it; None: its very value counts."""
+    """A value that an event gives, and its cuts; None: its exact value matters."""
 
     name: str
     value: Value
@@ -176,7 +176,7 @@ class GivenValue:
 
 
 def _plain(given: Sequence[GivenValue]) -> Value:
-    """Return the plain value of one that comes to versions at once, none of which tells it from the given one."""
+    """Return a plain value for one that is given to several versions, and that none of them tells from it."""
     value = given[0].value
     numbers = [each.number for each in given if each.number is not None and each.value == value]
     if isinstance(value, str) or len(numbers) < len(given) or len({type(each.kind) for each in numbers}) > 1:
@@ -199,7 +199,7 @@ def _filled(event: Event, values: Sequence[Value]) -> Event:
 
 
 def plain_pair(sides: Sequence[PlainRuns], both: Sequence[Event | None]) -> tuple[Event | None, Event | None]:
-    """Return what comes to two versions at once with plain numbers, which neither tells from the given ones."""
+    """Return the events that two versions get at once, with plain numbers that neither tells from the given ones."""
     given = [[] if event is None else side.given(event) for side, event in zip(sides, both, strict=True)]
     named: dict[str, list[GivenValue]] = {}
     for each in (each for found in given for each in found):
@@ -222,7 +222,7 @@ def _key(leaf: ModelTerm, subject: str | None, owner: str | None) -> Key | None:
 
 
 def _sides(compare: Compare) -> Iterator[tuple[ModelTerm, ModelTerm, str]]:
-    """Yield each side with the other, and the operator as it reads from that side."""
+    """Yield each side with the other, and the operator with that side on its left."""
     yield compare.left, compare.right, compare.operator
     yield compare.right, compare.left, compare.operator.translate(MIRRORED)
 

@@ -1,9 +1,9 @@
-"""What the decoded tables do in a step (docs/language.md section 4), told once for every representation of states.
+"""The semantics of steps by the decoded tables (docs/language.md section 4), for every representation of states.
 
-`StepSemantics` says of which parts an action, a kill, a report or an attempt to launch consists, and in which order. A
-representation says what the parts are: programs over finite variables (`exover.loop.finite.builder`), or changes of a
-symbolic state (`exover.loop.exact.actions`). The reference interpreter, the walker of the tables and the checker of
-certificates share nothing with it: they are compared with it.
+`StepSemantics` composes an action, a kill, a report or an attempt to launch from parts. A representation defines the
+parts: programs over finite variables (`exover.loop.finite.builder`), or changes of a symbolic state
+(`exover.loop.exact.actions`). The reference interpreter, the walker of the tables and the checker of certificates are
+independent of it and are compared with it.
 """
 
 from abc import ABC, abstractmethod
@@ -19,7 +19,7 @@ from exover.ocrd.tables import NONE, Node, Tables
 
 
 class AnyNewcomer(Protocol):
-    """A request that is decided; `settling`: it stands in its waiting place."""
+    """A request that is decided."""
 
     @property
     def request(self) -> int:
@@ -28,7 +28,7 @@ class AnyNewcomer(Protocol):
 
     @property
     def settling(self) -> bool:
-        """Whether it stands in its waiting place."""
+        """Whether it is in its waiting place."""
         ...
 
 
@@ -44,11 +44,11 @@ class StepSemantics(ABC, Generic[N, P]):
     tables: Tables
     reasons: tuple[Reason, ...]
     may_wait: tuple[bool, ...]
-    """By request whether some decision lets it wait."""
+    """For each request whether some decision lets it wait."""
     may_fall: tuple[bool, ...]
-    """By request whether it can fall from clearing to waiting."""
+    """For each request whether it can fall from clearing to waiting."""
 
-    # ---- what a representation says ----
+    # ---- parts that a representation defines ----
 
     @abstractmethod
     def sequence(self, *parts: P) -> P:
@@ -56,88 +56,88 @@ class StepSemantics(ABC, Generic[N, P]):
 
     @abstractmethod
     def marked(self, *label: str) -> P:
-        """Return that a mark is passed (`exover.model.property.Passed`)."""
+        """Return the part that passes a mark (`exover.model.property.Passed`)."""
 
     @abstractmethod
     def noted_of(self, occurrence: Occurrence, newcomer: N) -> P:
-        """Return that this has happened to the newcomer."""
+        """Return the part that notes an occurrence of the newcomer."""
 
     @abstractmethod
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> P:
-        """Return that this has happened to what a slot holds."""
+        """Return the part that notes an occurrence of the request in a slot, with its arguments."""
 
     @abstractmethod
     def refused(self, request: int) -> P:
-        """Return that what stands in the waiting place is rejected, without a mark."""
+        """Return the part that notes the rejection of the waiting request, without a mark."""
 
     @abstractmethod
     def superseded(self, request: int) -> P:
-        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
+        """Return the part that notes that a newcomer supersedes the waiting request, if one waits."""
 
     @abstractmethod
     def if_waiting(self, request: int, then: P, otherwise: P | None = None) -> P:
-        """Return `then` where the waiting place is taken, and `otherwise` where it is not."""
+        """Return the part that does `then` if a request waits, else `otherwise`."""
 
     @abstractmethod
     def if_running(self, request: int, number: int, then: P) -> P:
-        """Return `then` where a slot is running."""
+        """Return the part that does `then` if a slot is running."""
 
     @abstractmethod
     def unless_fallen(self, newcomer: N, part: P) -> P:
-        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        """Return the part, guarded: it is skipped if the newcomer has fallen to waiting before in this step."""
 
     @abstractmethod
     def falling(self, newcomer: N, clearing: bool) -> P:
-        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
+        """Return the part that notes a fall to waiting: the place was clearing and will not be."""
 
     @abstractmethod
     def put_in_place(self, newcomer: N, clearing: bool) -> P:
-        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        """Return the part that puts or keeps the newcomer in the waiting place; one that fell before stays waiting."""
 
     @abstractmethod
     def vacated(self, request: int) -> P:
-        """Return that the waiting place is empty."""
+        """Return the part that empties the waiting place."""
 
     @abstractmethod
     def occupied(self, newcomer: N) -> P:
-        """Return that the newcomer runs in the first slot that is idle."""
+        """Return the part that lets the newcomer run in the first idle slot."""
 
     @abstractmethod
     def stopped(self, request: int, number: int) -> P:
-        """Return that a slot is stopping."""
+        """Return the part that sets a slot to stopping."""
 
     @abstractmethod
     def consumed(self, newcomer: N, amount: t.AmountRow) -> P:
-        """Return that the newcomer takes what it consumes."""
+        """Return the part by which the newcomer takes what it consumes."""
 
     @abstractmethod
     def forgotten(self, request: int) -> P:
-        """Return that the past of a request is empty."""
+        """Return the part that clears the past of a request."""
 
     @abstractmethod
     def assigned(self, variable: int, value: int) -> P:
-        """Return that a state of a module has the value of this ordinal."""
+        """Return the part that sets a state of a module to the value of this ordinal."""
 
     @abstractmethod
     def latch(self, row: t.LatchRow, clears: bool) -> P:
-        """Return that a latch is set where its condition holds, and elsewhere cleared if it `clears`."""
+        """Return the part that sets a latch where its condition holds and, if it `clears`, clears it elsewhere."""
 
     @abstractmethod
     def following(self, root: int, on: Callable[[Node], P]) -> P:
-        """Return the walk through a diagram of the state; at an action what `on` has for it."""
+        """Return the part that follows a diagram of the state and does at each action what `on` returns for it."""
 
     @abstractmethod
     def once_due(self, launch: int, attempt: P) -> P:
-        """Return the attempt where the condition of a launch rule holds that was not tried before in this step."""
+        """Return the attempt, done (and remembered) if the rule's condition holds and it was not tried in this step."""
 
     @abstractmethod
     def required(self, launch: int) -> P:
-        """Return the ask for what a launch rule launches."""
+        """Return the part that asks for the request of a launch rule."""
 
     # ---- decisions ----
 
     def act(self, newcomer: N, node: Node) -> P:
-        """Return what an action of a decision on a newcomer does."""
+        """Return the part that carries out an action of the decision on a newcomer."""
         rule, request = self.reasons[node.bound].rule, newcomer.request
         named = self.sequence() if newcomer.settling else self.marked("rule", rule)
         match -node.code:
@@ -159,7 +159,7 @@ class StepSemantics(ABC, Generic[N, P]):
                 raise AssertionError(f"action {code} in a decision")
 
     def admitted(self, newcomer: N, decided: P) -> P:
-        """Return the decision on a request that comes; it is busy if the waiting place is taken for good."""
+        """Return the decision on an asked request: `busy` if it waits already, unless it interrupts itself."""
         request = newcomer.request
         if not self.may_wait[request] or self.tables.requests[request].interrupts_self:
             return decided
@@ -167,20 +167,20 @@ class StepSemantics(ABC, Generic[N, P]):
         return self.if_waiting(request, busy, decided)
 
     def rejected(self, newcomer: N, rule: str) -> P:
-        """Return that the newcomer is rejected for a rule."""
+        """Return the part that rejects the newcomer for a rule."""
         marks = (self.marked("rule", rule), self.marked("reject", rule))
         emptied = (self.emptied(newcomer.request),) if newcomer.settling else ()
         return self.sequence(*marks, self.noted_of("rejected", newcomer), *emptied)
 
     def kept(self, newcomer: N, clearing: bool) -> P:
-        """Return that the newcomer waits, or its way is cleared."""
+        """Return the part by which the newcomer waits or, if `clearing`, its way is cleared."""
         if not newcomer.settling:
             return self.sequence(self.superseded(newcomer.request), self.put_in_place(newcomer, clearing))
         falls = (self.falling(newcomer, clearing),) if self.may_fall[newcomer.request] else ()
         return self.sequence(*falls, self.put_in_place(newcomer, clearing))
 
     def launched(self, newcomer: N, name: str) -> P:
-        """Return that the newcomer, a request of this name, is launched."""
+        """Return the part that launches the newcomer, a request of this name."""
         row = self.tables.requests[newcomer.request]
         superseded = () if newcomer.settling else (self.superseded(newcomer.request),)
         return self.sequence(
@@ -196,19 +196,19 @@ class StepSemantics(ABC, Generic[N, P]):
     # ---- waiting places ----
 
     def left(self, request: int) -> P:
-        """Return the mark that what stands in the waiting place does so no longer."""
+        """Return the part that passes the mark `left`: the waiting request leaves its place."""
         return self.marked("left", self.model.requests[request].name)
 
     def emptied(self, request: int) -> P:
-        """Return that nothing stands in the waiting place any longer."""
+        """Return the part that empties the waiting place, with the mark `left`."""
         return self.sequence(self.left(request), self.vacated(request))
 
     def given_up(self, request: int) -> P:
-        """Return that what stands in the waiting place is rejected."""
+        """Return the part that rejects the waiting request and empties its place."""
         return self.sequence(self.refused(request), self.emptied(request))
 
     def dismissed(self, request: int, rule: str) -> P:
-        """Return that what stands in the waiting place, if something does, is given up for a rule."""
+        """Return the part that gives up the waiting request for a rule, if one waits."""
         if not self.may_wait[request]:
             return self.sequence()
         killed = self.marked("kill", rule, self.model.requests[request].name)
@@ -217,7 +217,7 @@ class StepSemantics(ABC, Generic[N, P]):
     # ---- slots ----
 
     def killed(self, node: Node) -> P:
-        """Return that the slots which a node names are killed for its rule."""
+        """Return the part that kills the slots which a node names, for its rule."""
         rule = self.reasons[node.bound].rule
         return self.sequence(
             *(
@@ -229,14 +229,14 @@ class StepSemantics(ABC, Generic[N, P]):
         )
 
     def kill(self, request: int, number: int, rule: str | None) -> P:
-        """Return that a slot is killed, if it runs, for a rule or for an abort."""
+        """Return the part that kills a slot if it runs, for a rule or (None) for an abort."""
         name = self.model.requests[request].name
         marks = (self.marked("rule", rule), self.marked("kill", rule, name)) if rule else ()
         noted = self.noted_in_slot("killed", request, number)
         return self.if_running(request, number, self.sequence(*marks, noted, self.stopped(request, number)))
 
     def report(self, request: int, number: int, outcome: Ending, released: P) -> P:
-        """Return that a slot has ended; `released`: that it is idle, and what it leaves behind."""
+        """Return the part of a report; `released`: makes the slot idle and keeps what it leaves behind."""
         row = self.tables.requests[request]
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
         return self.sequence(
@@ -247,7 +247,7 @@ class StepSemantics(ABC, Generic[N, P]):
         )
 
     def affected(self, start: int, end: int) -> P:
-        """Return what `on` clauses do, in order."""
+        """Return the effects of `on` clauses, in order."""
         return self.sequence(
             *(
                 self.forgotten(each.target) if each.kind == t.FORGET else self.assigned(each.target, each.value)
@@ -256,7 +256,7 @@ class StepSemantics(ABC, Generic[N, P]):
         )
 
     def latched(self, cleared_by: int) -> P:
-        """Return that the latches are set and cleared, after a report ok of `cleared_by` or after something else."""
+        """Return the part that updates all latches, after a report ok of `cleared_by` or (NONE) after another event."""
         rows = self.tables.latches
         return self.sequence(
             *(self.latch(row, cleared_by in self.tables.lists[row.resets : row.resets_end]) for row in rows)
@@ -265,27 +265,27 @@ class StepSemantics(ABC, Generic[N, P]):
     # ---- passes ----
 
     def restored(self, rule: int) -> P:
-        """Return that what restores a rule is killed, where it is broken."""
+        """Return the part that restores a rule by kills, where it is broken."""
         root = self.tables.rules[rule].root
         return self.following(root, lambda node: self.killed(node) if node.code == -t.KILL else self.sequence())
 
     def tried(self, launch: int) -> P:
-        """Return that a launch rule asks for its request, if it is due."""
+        """Return the part by which a launch rule asks for its request, if it is due."""
         rule = self.reasons[self.tables.launches[launch].reason].rule
         return self.once_due(launch, self.sequence(self.marked("rule", rule), self.required(launch)))
 
 
 def may_wait(tables: Tables) -> tuple[bool, ...]:
-    """Return by request whether some decision lets it wait."""
+    """Return for each request whether some decision lets it wait."""
     return tuple(bool(codes & {t.WAIT, t.CLEAR, t.SETTLE}) for codes in _codes(tables))
 
 
 def may_fall(tables: Tables) -> tuple[bool, ...]:
-    """Return by request whether it can fall from clearing to waiting."""
+    """Return for each request whether it can fall from clearing to waiting."""
     return tuple(t.WAIT in codes and bool(codes & {t.CLEAR, t.SETTLE}) for codes in _codes(tables))
 
 
 def _codes(tables: Tables) -> Iterator[set[int]]:
-    """Yield by request the actions of its decisions."""
+    """Yield for each request the codes of the actions in its decision diagram."""
     for row in tables.requests:
         yield {-tables.nodes[number].code for number in tables.below(row.decide)}

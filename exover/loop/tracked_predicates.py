@@ -1,4 +1,4 @@
-"""What the conditions of a model and of properties tell apart, beyond what tests of the tables do."""
+"""Tracked predicates: what conditions of a model and of properties tell apart beyond the tests of the tables."""
 
 from collections.abc import Iterator
 from dataclasses import field
@@ -15,7 +15,7 @@ from exover.ocrd.vector import Vocabulary, comparisons, conditions
 
 @dataclass
 class TrackedConstants:
-    """What is told apart of one number: on which side of each cut it lies, or its very value."""
+    """What conditions tell apart of one number: on which side of each cut it lies or, if `exact`, its value."""
 
     cuts: set[int] = field(default_factory=set)
     exact: bool = False
@@ -23,7 +23,7 @@ class TrackedConstants:
 
 @dataclass
 class TrackedPast:
-    """What is told apart of a past: by comparisons of its values, and values that `self.p` is compared with."""
+    """What conditions tell apart of a past: comparisons of its values, and values that `self.p` is compared with."""
 
     comparisons: list[Compare] = field(default_factory=list)
     exact: set[str] = field(default_factory=set)
@@ -31,7 +31,7 @@ class TrackedPast:
 
 @dataclass
 class TrackedPredicates:
-    """By parameter and by reading what is told apart of it; by request the conditions on its arguments alone."""
+    """What is told apart of each parameter and reading; for each request the conditions on its arguments alone."""
 
     params: dict[tuple[str, str], TrackedConstants] = field(default_factory=dict)
     readings: dict[str, TrackedConstants] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class TrackedPredicates:
     lasts: set[str] = field(default_factory=set)
     """Requests whose last outcome some condition reads."""
     pasts: dict[str, "TrackedPast"] = field(default_factory=dict)
-    """By request whose past some condition reads what is told apart of it."""
+    """What is told apart of the past, for each request whose past some condition reads."""
 
 
 def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicates:
@@ -69,7 +69,7 @@ def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicate
 
 
 def property_conditions(properties: Properties) -> Iterator[Cond]:
-    """Yield what the atoms of formulas read; what happened to some arguments tells them apart as a slot does."""
+    """Yield the conditions in atoms of formulas; the arguments of an occurrence count as those of a slot."""
     for formula in formulas(properties):
         for atom in property_atoms(formula):
             match atom:
@@ -160,7 +160,7 @@ def _number(vocabulary: Vocabulary, subject: str | None, leaf: ModelTerm, consta
 
 
 def _collect(found: TrackedPredicates, model: Model, subject: str | None, cond: Cond) -> None:
-    """Note the conditions that read the arguments of one request and nothing else."""
+    """Record the conditions that read the arguments of one request and nothing else."""
     for atom in atoms(cond):
         match atom:
             case Past(request, where):
@@ -180,7 +180,7 @@ def _collect(found: TrackedPredicates, model: Model, subject: str | None, cond: 
 
 
 def _own(found: TrackedPredicates, subject: str | None, where: Cond | None) -> None:
-    """Note what a condition inside `with` says of `self.p` alone: it is a condition on the request it stands in."""
+    """Record the parts of a condition inside `with` that read `self.p` alone, as conditions on the clause's request."""
     for atom in atoms(where) if where is not None and subject is not None else ():
         if isinstance(atom, Compare) and subject is not None:
             sides = (atom.left, atom.right)
@@ -190,7 +190,7 @@ def _own(found: TrackedPredicates, subject: str | None, where: Cond | None) -> N
 
 
 def _remember(tracked: TrackedPast, where: Cond | None) -> None:
-    """Note what the condition on a past tells apart."""
+    """Record what a condition on a past tells apart."""
     for atom in atoms(where) if where is not None else ():
         assert isinstance(atom, Compare), "inside `with` there are comparisons alone"
         terms = (*leaves(atom.left), *leaves(atom.right))

@@ -1,6 +1,6 @@
-"""What the decoded tables do to a symbolic state: every part of a step changes it where a guard holds.
+"""The parts of steps as changes of a symbolic state, each under a guard.
 
-Which parts a step has is said by `StepSemantics`; marks and notes are those of `ClosedLoop`.
+`StepSemantics` says which parts a step has; marks and notes are those of `ClosedLoop`.
 """
 
 from collections.abc import Callable
@@ -24,24 +24,24 @@ from exover.ocrd.tables import Node
 from exover.ocrd.vector import OUTCOMES
 
 Change = Callable[[SymbolicState, Term], None]
-"""A part of a step: what it does to a state where a guard holds."""
+"""A part of a step: it changes a state where a guard holds."""
 
 
 def tried(launch: int) -> str:
-    """Return the name of what a step remembers of a required launch."""
+    """Return the variable by which a step remembers that it has tried a required launch."""
     return f"tried {launch}"
 
 
 def fallen(request: str) -> str:
-    """Return the name of what a step remembers of a request that fell from clearing to waiting."""
+    """Return the variable by which a step remembers that a request fell from clearing to waiting."""
     return f"fallen {request}"
 
 
 @dataclass(frozen=True, slots=True)
 class Newcomer:
-    """A request that is decided; `settling`: it stands in its place.
+    """A request that is decided; `settling`: it is in its waiting place.
 
-    `clears`: where an action is met that may clear its way: it has not fallen to waiting before in this step.
+    `clears`: under which condition the present action may clear its way: it has not fallen to waiting in this step.
     """
 
     request: int
@@ -51,7 +51,7 @@ class Newcomer:
 
 
 class Observer(Protocol):
-    """Looks on at every moment at which something is decided, and may pass marks of its own."""
+    """Is called at every decision and before every restoring of rules, and may pass marks of its own."""
 
     def decides(self, actions: "TableActions", frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """A newcomer is about to be decided where `guard` holds."""
@@ -96,22 +96,22 @@ class TableActions(StepSemantics[Newcomer, Change]):
     # ---- what happened ----
 
     def marked(self, *label: str) -> Change:
-        """Return that a mark is passed."""
+        """Return the part that passes a mark."""
         return lambda frame, guard: frame.mark(guard, *label)
 
     def noted_of(self, occurrence: Occurrence, newcomer: Newcomer) -> Change:
-        """Return that this has happened to the newcomer."""
+        """Return the part that notes an occurrence of the newcomer."""
         name = self.name(newcomer.request)
         return lambda frame, guard: frame.note(guard, occurrence, name, newcomer.args)
 
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Change:
-        """Return that this has happened to what a slot holds."""
+        """Return the part that notes an occurrence of the request in a slot, with its arguments."""
         name = self.name(request)
         slot = self.layout.slots[name, number]
         return lambda frame, guard: frame.note(guard, occurrence, name, frame.all(slot.args))
 
     def refused(self, request: int) -> Change:
-        """Return that what stands in the waiting place, if something does, is rejected."""
+        """Return the part that notes the rejection of the waiting request, if one waits."""
         name = self.name(request)
         place = self.layout.places[name]
 
@@ -124,12 +124,12 @@ class TableActions(StepSemantics[Newcomer, Change]):
     # ---- decisions ----
 
     def asked(self, request: int, args: tuple[Term, ...]) -> Change:
-        """Return what an ask does, or what a launch rule asks for."""
+        """Return the part of an ask, by an event or by a launch rule."""
         newcomer = Newcomer(request, args)
         return self.admitted(newcomer, self.decided(newcomer))
 
     def settled(self, request: int) -> Change:
-        """Return the decision on what stands in the waiting place."""
+        """Return the decision on the waiting request."""
         place = self.layout.places[self.name(request)]
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -154,19 +154,19 @@ class TableActions(StepSemantics[Newcomer, Change]):
             self.act(replace(newcomer, clears=clears), node)(frame, here)
 
     def unless_fallen(self, newcomer: Newcomer, part: Change) -> Change:
-        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        """Return the part, guarded: it is skipped if the newcomer has fallen to waiting before in this step."""
         return lambda frame, _: part(frame, self._clears(newcomer))
 
     def _clears(self, newcomer: Newcomer, clearing: bool = True) -> Term:
-        """Return where the way of a newcomer is cleared by an action, which does so if `clearing`."""
+        """Return the condition under which an action clears the way of a newcomer; false unless `clearing`."""
         return newcomer.clears if clearing and newcomer.clears is not None else self.terms.false
 
     def superseded(self, request: int) -> Change:
-        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
+        """Return the part that notes that a newcomer supersedes the waiting request, if one waits."""
         return self.sequence(self.left(request), self.refused(request)) if self.may_wait[request] else self.sequence()
 
     def falling(self, newcomer: Newcomer, clearing: bool) -> Change:
-        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
+        """Return the part that notes a fall to waiting: the place was clearing and will not be."""
         name = self.name(newcomer.request)
         place = self.layout.places[name]
 
@@ -178,7 +178,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def put_in_place(self, newcomer: Newcomer, clearing: bool) -> Change:
-        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        """Return the part that puts or keeps the newcomer in the waiting place; one that fell before stays waiting."""
         name = self.name(newcomer.request)
         place = self.layout.places[name]
 
@@ -192,7 +192,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def occupied(self, newcomer: Newcomer) -> Change:
-        """Return that the newcomer runs in the first slot that is idle."""
+        """Return the part that lets the newcomer run in the first idle slot."""
         name, row = self.name(newcomer.request), self.tables.requests[newcomer.request]
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -211,7 +211,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
     # ---- waiting places and slots ----
 
     def if_waiting(self, request: int, then: Change, otherwise: Change | None = None) -> Change:
-        """Return `then` where the waiting place is taken, and `otherwise` where it is not."""
+        """Return the part that does `then` if a request waits, else `otherwise`."""
         place = self.layout.places[self.name(request)]
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -223,7 +223,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def if_running(self, request: int, number: int, then: Change) -> Change:
-        """Return `then` where a slot is running."""
+        """Return the part that does `then` if a slot is running."""
         slot = self.layout.slots[self.name(request), number]
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -232,16 +232,16 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def vacated(self, request: int) -> Change:
-        """Return that the waiting place is empty."""
+        """Return the part that empties the waiting place."""
         place = self.layout.places[self.name(request)]
         return self.assigned_term(place.taken, self.terms.false, place.clearing)
 
     def stopped(self, request: int, number: int) -> Change:
-        """Return that a slot is stopping."""
+        """Return the part that sets a slot to stopping."""
         return self.assigned_term(self.layout.slots[self.name(request), number].stopping, self.terms.true)
 
     def released(self, request: int, number: int, outcome: Ending, results: tuple[Term, ...]) -> Change:
-        """Return that a slot is idle, how it ended, and after an ok the past and what it produces."""
+        """Return the part that makes a slot idle and keeps its outcome and, after an ok, past and products."""
         name, row = self.name(request), self.tables.requests[request]
         slot, memory = self.layout.slots[name, number], self.layout.memories[name]
 
@@ -260,7 +260,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def assigned_term(self, name: str, value: Term, *more: str) -> Change:
-        """Return that a variable, and each of `more`, has this value."""
+        """Return the part that gives a variable, and each of `more`, this value."""
 
         def change(frame: SymbolicState, guard: Term) -> None:
             for each in (name, *more):
@@ -271,7 +271,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
     # ---- what else changes ----
 
     def consumed(self, newcomer: Newcomer, amount: t.AmountRow) -> Change:
-        """Return that the newcomer takes what it consumes."""
+        """Return the part by which the newcomer takes what it consumes."""
         looked = RequestArguments(newcomer.request, newcomer.args)
         return lambda frame, guard: self._change_level(frame, guard, looked, amount, taken=True)
 
@@ -287,17 +287,17 @@ class TableActions(StepSemantics[Newcomer, Change]):
         frame.put(here, name, value)
 
     def forgotten(self, request: int) -> Change:
-        """Return that the past of a request is empty."""
+        """Return the part that clears the past of a request."""
         return self.assigned_term(self.layout.memories[self.name(request)].known, self.terms.false)
 
     def assigned(self, variable: int, value: int) -> Change:
-        """Return that a state of a module has the value of this ordinal."""
+        """Return the part that sets a state of a module to the value of this ordinal."""
         name = self.vector.names[variable]
         kind = self.layout.types[name]
         return self.assigned_term(name, self.layout.value(kind, from_ordinal(kind, value)))
 
     def latch(self, row: t.LatchRow, clears: bool) -> Change:
-        """Return that a latch is set where its condition holds, and elsewhere cleared if it `clears`."""
+        """Return the part that sets a latch where its condition holds and, if it `clears`, clears it elsewhere."""
         name = self.vector.names[row.variable]
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -309,7 +309,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
     # ---- passes ----
 
     def following(self, root: int, on: Callable[[Node], Change]) -> Change:
-        """Return the walk through a diagram of the state; at an action what `on` has for it."""
+        """Return the part that follows a diagram of the state and does at each action what `on` returns for it."""
 
         def change(frame: SymbolicState, guard: Term) -> None:
             for node, here in self.vector.walk(frame, guard, root, None):
@@ -318,7 +318,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def once_due(self, launch: int, attempt: Change) -> Change:
-        """Return the attempt where the condition of a launch rule holds that was not tried before in this step."""
+        """Return the attempt, done (and remembered) if the rule's condition holds and it was not tried in this step."""
         condition = self.tables.launches[launch].condition
 
         def change(frame: SymbolicState, guard: Term) -> None:
@@ -330,7 +330,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         return change
 
     def required(self, launch: int) -> Change:
-        """Return the ask for what a launch rule launches."""
+        """Return the part that asks for the request of a launch rule."""
         rule = self.model.launches[launch]
         request = self.tables.launches[launch].request
         return self.asked(request, self.layout.values(self.model.requests[request].params, rule.args))

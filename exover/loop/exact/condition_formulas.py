@@ -1,6 +1,7 @@
-"""What conditions of the model say of a state, exactly, as formulas of any kind: terms, or the text of certificates.
+"""Conditions of the model as formulas over exact states, of any kind: terms, or the text of certificates.
 
-As `exover.model.evaluate` does it for one state. The diagrams have conditions on classes instead, and stay apart.
+It mirrors `exover.model.evaluate`, which decides them in one state. Decision diagrams read conditions on argument
+classes instead (`exover.loop.finite.predicates`).
 """
 
 from abc import ABC, abstractmethod
@@ -42,7 +43,7 @@ TypedValues = Mapping[str, tuple[Type, T]]
 
 @dataclass(frozen=True, slots=True)
 class FormulaScope(Generic[T]):
-    """What names without a module stand for: `params` of the subject, `own` those of the clause's request."""
+    """The values of names without a module: `params` of the subject, `own` of the request whose clause it is."""
 
     params: TypedValues[T] = field(default_factory=dict)
     own: TypedValues[T] = field(default_factory=dict)
@@ -70,15 +71,15 @@ class ConditionFormulas(ABC, Generic[T]):
 
     @abstractmethod
     def held(self, phase: Phase, request: str) -> Iterator[tuple[T, TypedValues[T]]]:
-        """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
+        """Yield for each slot (or the waiting place) the condition that it is in this phase, and what it holds."""
 
     @abstractmethod
     def past(self, request: str) -> tuple[T, TypedValues[T]]:
-        """Return where there is a past of a request, and its arguments and results."""
+        """Return the condition that a request has a past, and the arguments and results of that."""
 
     @abstractmethod
     def ended(self, request: str, outcome: int) -> T:
-        """Return where the last instance of a request ended so; the outcome by its number."""
+        """Return the condition that the last instance of a request ended with the outcome of this number."""
 
     @abstractmethod
     def compared(self, left: T, operator: Operator, right: T) -> T:
@@ -107,7 +108,7 @@ class ConditionFormulas(ABC, Generic[T]):
     # ---- conditions ----
 
     def truth(self, cond: Cond, scope: FormulaScope[T] | None = None) -> T:
-        """Return where a condition is true."""
+        """Return the formula of a condition."""
         scope = scope or FormulaScope()
         match cond:
             case Compare():
@@ -129,7 +130,7 @@ class ConditionFormulas(ABC, Generic[T]):
                 assert_never(cond)
 
     def broken(self, rule: Rule) -> T:
-        """Return where the F of a rule holds: of a rule for each slot of a request, for some active slot."""
+        """Return the formula of a rule's F; if the rule stands for each slot of a request, for some active slot."""
         if rule.slot_of is None:
             return self.truth(rule.condition)
         held = self.held("active", rule.slot_of)
@@ -142,7 +143,7 @@ class ConditionFormulas(ABC, Generic[T]):
             yield self.both([guard, *self._where(where, values, scope)])
 
     def _where(self, where: Cond | None, values: TypedValues[T], scope: FormulaScope[T]) -> list[T]:
-        """Return that values satisfy a condition, if there is one."""
+        """Return at most one formula: that the values satisfy the condition, if there is one."""
         return [] if where is None else [self.truth(where, FormulaScope(values, scope.params))]
 
     # ---- comparisons ----
@@ -154,7 +155,7 @@ class ConditionFormulas(ABC, Generic[T]):
         return self.compared(left, cond.operator, right)
 
     def _type(self, term: ModelTerm, scope: FormulaScope[T]) -> Type | None:
-        """Return the type of what a name stands for; None of an integer expression."""
+        """Return the type of a name's value; None for an integer expression."""
         match term:
             case Param(name):
                 return scope.params[name][0]

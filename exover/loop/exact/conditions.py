@@ -1,7 +1,7 @@
-"""Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a symbolic state holds by now.
+"""Diagrams of the rules (`exover.ocrd.demand`) as terms over the current values of a symbolic state.
 
-An element that the tables count is what they count; any other, which a model without some of its rules may test, is
-read from the model.
+An element that has an entry in the tables is read from there; any other, which a model without some of its rules may
+test, is computed from the model.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,20 +21,20 @@ from exover.ocrd.vector import Element
 
 @dataclass
 class Conditions:
-    """What diagrams say at one moment: of the values of a symbolic state, and of the arguments that are looked at."""
+    """Conditions at one point of a step: on the values of a symbolic state, and on the arguments looked at."""
 
     vector: TableEncoding
     numbers: Numbers
-    """Of the elements that the diagrams test."""
+    """The numbers of the elements that the diagrams test."""
     entries: Mapping[Element, int]
-    """By element the entry of the tables that counts it."""
+    """Maps an element to the entry of the tables that counts it."""
     frame: SymbolicState
     looked: RequestArguments | None = None
     _elements: dict[int, LinearForm | Ranked | Ordered] = field(default_factory=dict)
     _tests: dict[tuple[int, int], Term] = field(default_factory=dict)
 
     def truths(self, manager: Manager, roots: Iterable[int]) -> dict[int, Term]:
-        """Return by number where the conditions with these roots, and all below them, are true."""
+        """Return the terms of the conditions with these roots, and of all nodes below them, by number."""
         terms = self.frame.terms
         known = {NO: terms.false, YES: terms.true}
         for number in manager.below(roots):

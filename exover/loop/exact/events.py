@@ -1,7 +1,5 @@
-"""What can happen and what the checker does then, executed symbolically: events, and the parts of a pass.
-
-`update` is step 2 of docs/language.md section 4; `parts` are steps 3 to 5, in order.
-"""
+"""Symbolic execution of events (`update`, step 2 of docs/language.md section 4) and of the components of a pass
+(`parts`, steps 3 to 5, in order)."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -17,12 +15,12 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.tables import NONE
 
 RESTORING = "restoring"
-"""The part of a pass before all others, where someone looks on."""
+"""The name of the first part of a pass if there is an observer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of event: of which request, slot, poster or consumable."""
+    """A kind of event: an event without its values."""
 
     verb: str
     name: str
@@ -30,7 +28,7 @@ class Kind:
     outcome: Ending = "ok"
 
     def __str__(self) -> str:
-        """Return what a reader calls it."""
+        """Return its text for readers."""
         slot = f"[{self.slot}]" if self.verb in ("report", "abort") else ""
         return f"{self.verb} {self.name}{slot}" + (f" {self.outcome}" if self.verb == "report" else "")
 
@@ -58,7 +56,7 @@ def kinds(model: Model, may_wait: Sequence[bool]) -> Iterator[Kind]:
 
 
 def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
-    """Return what values an event of this kind brings."""
+    """Return the parameters of the values that an event of this kind brings."""
     match kind.verb:
         case "ask":
             return layout.model.request[kind.name].params
@@ -73,14 +71,14 @@ def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
 
 
 def update(actions: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
-    """Do what an event of this kind does at once, and return where it can happen."""
+    """Do the update of an event of this kind, and return the condition under which the event can happen."""
     change, possible = _change(actions, kind, values), _possible(actions, kind)
     change(frame, actions.terms.true)
     return possible
 
 
 def _change(actions: TableActions, kind: Kind, values: tuple[Term, ...]) -> Change:
-    """Return what an event of this kind does at once, where it can happen."""
+    """Return the update of an event of this kind, where it can happen."""
     request = actions.number.get(kind.name, -1)
     match kind.verb:
         case "ask":
@@ -99,7 +97,7 @@ def _change(actions: TableActions, kind: Kind, values: tuple[Term, ...]) -> Chan
 
 
 def _possible(actions: TableActions, kind: Kind) -> Term:
-    """Return where an event of this kind can happen."""
+    """Return the condition under which an event of this kind can happen."""
     layout = actions.layout
     match kind.verb:
         case "report" | "abort":
@@ -111,7 +109,7 @@ def _possible(actions: TableActions, kind: Kind) -> Term:
 
 
 def parts(actions: TableActions) -> Iterator[Part]:
-    """Yield the parts of a pass, in order; first, if someone looks on, that rules are about to be restored."""
+    """Yield the parts of a pass, in order; if there is an observer, first the part that calls its `restores`."""
     if actions.observer is not None:
         yield Part(RESTORING, partial(actions.observer.restores, actions))
     for number in range(len(actions.tables.rules)):
@@ -143,7 +141,7 @@ def event_of(kind: Kind, args: Args) -> Event:
 
 
 def value_of(kind: Type, number: bool | Number | None) -> Value:
-    """Return the value of a type that a number stands for; of a real the double. None: any."""
+    """Return the value of a type that a number stands for, of a real the double; for None the resting value."""
     if number is None:
         return resting_value(kind)
     match kind:

@@ -1,7 +1,7 @@
 """The states of docs/language.md section 3 as variables of Bool, Int and Real, without abstraction.
 
-A slot has two flags, `active` and `stopping`, a waiting place `taken` and `clearing`, a past `known`. What a slot,
-place or past holds counts only while its first flag is set, and is left as it was when it is cleared.
+A slot has the flags `active` and `stopping`, a waiting place `taken` and `clearing`, a past `known`. The contents of a
+slot, place or past count only while its first flag is set; they keep their values when it is cleared.
 """
 
 from collections.abc import Iterator, Mapping
@@ -54,16 +54,16 @@ class PastNames:
 
 @dataclass
 class Layout:
-    """The variables of a state, with their initial values and what each of their values must satisfy."""
+    """The variables of a state, with their initial values and domains."""
 
     model: Model
     terms: Terms
     vars: dict[str, Term] = field(default_factory=dict)
     initial: dict[str, Term] = field(default_factory=dict)
     domains: dict[str, Term] = field(default_factory=dict)
-    """By variable the condition that its value is one; nothing where every value of the sort is."""
+    """Maps a variable to the condition that it is in its domain; left out if every value of its sort is."""
     types: dict[str, Type] = field(default_factory=dict)
-    """By variable that holds a value of the language its type."""
+    """Maps a variable to the type of its values."""
     slots: dict[tuple[str, int], SlotNames] = field(default_factory=dict)
     places: dict[str, PlaceNames] = field(default_factory=dict)
     memories: dict[str, PastNames] = field(default_factory=dict)
@@ -114,7 +114,7 @@ class Layout:
     # ---- values ----
 
     def value(self, kind: Type, value: Value) -> Term:
-        """Return the constant that a value of a type is; of an enum its ordinal."""
+        """Return the constant of a value of a type; of an enum its ordinal."""
         match kind:
             case Bool():
                 return self.terms.truth(bool(value))
@@ -126,15 +126,15 @@ class Layout:
                 assert_never(kind)
 
     def resting(self, kind: Type) -> Term:
-        """Return the constant that stands for no value of a type."""
+        """Return the constant of a type's resting value, which stands for no value."""
         return self.value(kind, resting_value(kind))
 
     def values(self, parameters: tuple[Parameter, ...], args: Args) -> tuple[Term, ...]:
-        """Return the constants that arguments or results are."""
+        """Return the constants of arguments or results."""
         return tuple(self.value(p.type, value) for p, value in zip(parameters, args, strict=True))
 
     def domain(self, kind: Type, term: Term) -> Term:
-        """Return that a term is a value of a type."""
+        """Return the condition that a term is a value of a type."""
         terms = self.terms
         match kind:
             case Bool():
@@ -152,7 +152,7 @@ class Layout:
 
     @cached_property
     def sound(self) -> dict[str, Term]:
-        """By flag what is true of it besides: what stops is active, what clears stands in the waiting place."""
+        """Maps a flag to an invariant: a stopping slot is active, a clearing place is taken."""
         found = {}
         for slot in self.slots.values():
             found[slot.stopping] = self.terms.implies(self.vars[slot.stopping], self.vars[slot.active])
@@ -165,7 +165,7 @@ class Layout:
         return self.initial | {name: self.value(self.types[name], value) for name, value in self.counted(state)}
 
     def counted(self, state: State) -> Iterator[tuple[str, Value]]:
-        """Yield the variables that count in a concrete state, with their values."""
+        """Yield the variables that count in a concrete state (their owner's flag is set), with their values."""
         yield from state.readings.items()
         yield from ((level_name(name), level) for name, level in state.levels.items())
         for request in self.model.requests:
@@ -193,7 +193,7 @@ class Layout:
 
     @property
     def readings(self) -> tuple[str, ...]:
-        """The variables of posters, states of modules, latches and levels: what belongs to no request."""
+        """The variables that belong to no request: of posters, states of modules, latches and levels."""
         return (*self.start.readings, *map(level_name, self.start.levels))
 
     @cached_property
@@ -205,7 +205,7 @@ class Layout:
 
     @cached_property
     def owners(self) -> dict[str, str]:
-        """By variable that holds an argument or a result the flag without which it does not count."""
+        """Maps a variable to the flag without which it does not count."""
         found: dict[str, str] = {}
         for slot in self.slots.values():
             found |= dict.fromkeys((slot.stopping, *slot.args), slot.active)
@@ -230,10 +230,10 @@ def sort_of(kind: Type) -> Sort:
 
 
 def resting_value(kind: Type) -> Value:
-    """Return a value of a type that stands for none: of a real 0 or the one nearest to it, else the least one."""
+    """Return the value of a type that stands for no value: of a real the one nearest to 0, else the least one."""
     return min(max(kind.low, 0.0), kind.high) if isinstance(kind, Real) else least(kind)
 
 
 def level_name(resource: str) -> str:
-    """Return the name of the variable that is the level of a consumable; a poster could be called as the resource."""
+    """Return the variable of a consumable's level, a name that no poster can have."""
     return f"level {resource}"

@@ -38,11 +38,11 @@ class Predicates(ConditionFormulas[Term]):
         return self.layout.terms.negation(part)
 
     def concerns(self, request: str, where: Cond | None, values: tuple[Term, ...]) -> Term:
-        """Return where these arguments of a request satisfy a condition."""
+        """Return the condition that these arguments of a request satisfy `where`."""
         return self.both(self._where(where, self._bound(request, values), FormulaScope()))
 
     def held(self, phase: Phase, request: str) -> Iterator[tuple[Term, TypedValues[Term]]]:
-        """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
+        """Yield for each slot (or the waiting place) the condition that it is in this phase, and what it holds."""
         terms, vars_ = self.layout.terms, self.layout.vars
         if phase == "waiting":
             place = self.layout.places[request]
@@ -60,7 +60,7 @@ class Predicates(ConditionFormulas[Term]):
             yield guard, self._bound(request, (vars_[value] for value in slot.args))
 
     def past(self, request: str) -> tuple[Term, TypedValues[Term]]:
-        """Return where there is a past of a request, and its arguments and results."""
+        """Return the condition that a request has a past, and the arguments and results of that."""
         memory, vars_ = self.layout.memories[request], self.layout.vars
         return vars_[memory.known], self._bound(request, (vars_[value] for value in memory.values))
 
@@ -69,7 +69,7 @@ class Predicates(ConditionFormulas[Term]):
         return bound((*each.params, *each.results), values)
 
     def ended(self, request: str, outcome: int) -> Term:
-        """Return where the last instance of a request ended so; the outcome by its number."""
+        """Return the condition that the last instance of a request ended with the outcome of this number."""
         terms = self.layout.terms
         return terms.equal(self.layout.vars[self.layout.memories[request].last], terms.constant(outcome, "Int"))
 

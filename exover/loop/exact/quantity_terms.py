@@ -1,4 +1,4 @@
-"""Quantities and elements of the state vector as the model has them: terms over exact states, without the tables."""
+"""Quantities and elements of the state vector as terms over exact states, computed from the model alone."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -15,11 +15,11 @@ from exover.ocrd import vector as v
 
 @dataclass(frozen=True)
 class QuantityTerms:
-    """What quantities are in the states that the variables of a layout tell."""
+    """The values of quantities as terms over the variables of a layout."""
 
     layout: Layout
     looked: Mapping[str, tuple[Term, ...]]
-    """By request that may be looked at the values of its parameters and results."""
+    """The arguments and results that quantities may read, by request."""
     vocabulary: v.Vocabulary
 
     @cached_property
@@ -27,11 +27,11 @@ class QuantityTerms:
         return Predicates(self.layout)
 
     def concerned(self, request: str, where: Cond | None) -> Term:
-        """Return where the arguments of a request that are looked at satisfy a condition."""
+        """Return the condition that the arguments in `looked` of a request satisfy `where`."""
         return self._meaning.concerns(request, where, self.looked[request])
 
     def element(self, element: v.Element) -> LinearForm | Ranked | Ordered:
-        """Return what an element is; what is no number stands in it alone."""
+        """Return the value of an element; a rank or an order is an element of its own, never part of a sum."""
         if len(element) == 1 and element[0][0] == 1:
             return self._quantity(element[0][1])
         numbers: list[tuple[int, Term]] = []
@@ -77,7 +77,7 @@ class QuantityTerms:
                 assert_never(quantity)
 
     def _counts(self, request: str, where: Cond | None, guard: Term, held: tuple[str, ...]) -> Term:
-        """Return where the guard holds and what these variables hold satisfies a condition."""
+        """Return the condition that the guard holds and the values of these variables satisfy `where`."""
         values = tuple(self.layout.vars[name] for name in held)
         return self.layout.terms.both((guard, self._meaning.concerns(request, where, values)))
 

@@ -17,10 +17,10 @@ def moment(
     step: Callable[[Happened | Passed], T],
     formula: Formula,
 ) -> T:
-    """Return where a formula without temporal operators is true of a moment.
+    """Return the formula over a moment that is equivalent to a formula without temporal operators.
 
-    `now`, `once_stopped`: conditions on its state, in the latter with the stopping slots as idle; `step`: where the
-    step before it did something.
+    `now`, `once_stopped`: make conditions on its state, the latter with stopping slots as idle; `step`: returns the
+    condition that the step before the moment did something.
     """
     parts = partial(moment, now, once_stopped, step)
     match formula:

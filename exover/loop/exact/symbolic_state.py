@@ -1,4 +1,4 @@
-"""The state in the middle of a step: each variable as a term over the state before the step and its inputs."""
+"""Symbolic states: each variable at a point of a step, as a term over the state before the step and its inputs."""
 
 from collections.abc import Iterable
 from dataclasses import field
@@ -10,7 +10,7 @@ from exover.model.property import Label, Occurrence
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Where `guard` holds, this has happened to the request with these arguments."""
+    """An occurrence (a launch, a kill, …) of a request with these arguments, in steps in which `guard` holds."""
 
     occurrence: Occurrence
     request: str
@@ -20,12 +20,12 @@ class Note:
 
 @dataclass
 class SymbolicState:
-    """The values of the variables, and what has happened so far."""
+    """The values of the variables, and the marks and notes of the step so far."""
 
     terms: Terms
     values: dict[str, Term]
     marks: dict[Label, Term] = field(default_factory=dict)
-    """By mark where it was passed."""
+    """Maps a mark to the condition under which it was passed."""
     notes: list[Note] = field(default_factory=list)
 
     def copy(self) -> "SymbolicState":
@@ -33,11 +33,11 @@ class SymbolicState:
         return SymbolicState(self.terms, dict(self.values), dict(self.marks), list(self.notes))
 
     def __getitem__(self, name: str) -> Term:
-        """Return the value of a variable by now."""
+        """Return the current value of a variable."""
         return self.values[name]
 
     def all(self, names: Iterable[str]) -> tuple[Term, ...]:
-        """Return the values of variables by now."""
+        """Return the current values of variables."""
         return tuple(self.values[name] for name in names)
 
     def put(self, guard: Term, name: str, value: Term) -> None:
@@ -55,12 +55,12 @@ class SymbolicState:
             self.marks[label] = self.terms.either((self.marks.get(label, self.terms.false), guard))
 
     def note(self, guard: Term, occurrence: Occurrence, request: str, args: tuple[Term, ...]) -> None:
-        """Note what happened where `guard` holds."""
+        """Add a note with this guard, unless it is false."""
         if guard is not self.terms.false:
             self.notes.append(Note(occurrence, request, guard, args))
 
     def changed(self, before: "SymbolicState") -> dict[str, Term]:
-        """Return the variables that are no longer as in `before`, each with where it differs."""
+        """Return the variables that may differ from `before`, each with the condition under which it does."""
         found = {}
         for name, value in self.values.items():
             if value is not before.values[name]:

@@ -1,4 +1,4 @@
-"""The entries of the state vector in terms of exact states, and the diagrams of the decoded tables as conditions."""
+"""Entries of the state vector as terms over exact states, and diagrams of the decoded tables as conditions."""
 
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import field
@@ -14,12 +14,12 @@ from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
 
 MOST_CASES = 4000
-"""Up to so many pairs of a flag and a rest, a bound on a sum of flags is written out as a diagram of choices."""
+"""The number of pairs (flag, remaining bound) up to which a bound on a sum of flags is expanded to if-then-elses."""
 
 
 @dataclass(frozen=True, slots=True)
 class RequestArguments:
-    """The request that is looked at now, with its arguments, and results if there are any."""
+    """The request whose arguments are tested, with these arguments, and results if there are any."""
 
     request: int
     values: tuple[Term, ...]
@@ -52,7 +52,7 @@ class Ordered:
 
 @dataclass
 class TableEncoding:
-    """What tests of the tables ask of a state."""
+    """The tests and diagrams of decoded tables as terms."""
 
     layout: Layout
     tables: Tables
@@ -86,11 +86,11 @@ class TableEncoding:
     # ---- entries ----
 
     def test(self, frame: SymbolicState, looked: RequestArguments | None, entry: int, bound: int) -> Term:
-        """Return where the entry is at most `bound`."""
+        """Return the condition `v[entry] <= bound`."""
         return self.at_most(self.entry(frame, looked, entry), bound)
 
     def at_most(self, quantity: LinearForm | Ranked | Ordered, bound: int) -> Term:
-        """Return where a quantity, a rank or an order is at most `bound`."""
+        """Return the condition that a quantity, a rank or an order is at most `bound`."""
         terms = self.terms
         match quantity:
             case Ranked(value, cuts):
@@ -115,7 +115,7 @@ class TableEncoding:
         return self.terms.sum(quantity.constant, (*quantity.numbers, *counted))
 
     def _bounded(self, flags: Sequence[tuple[int, Term]], bound: int) -> Term:
-        """Return where the weights of the flags that are set sum to at most `bound`, as a diagram of choices."""
+        """Return the condition that the weights of the true flags sum to at most `bound`, as a decision diagram."""
         flags = sorted(flags, key=lambda each: -abs(each[0]))  # fewer different rests are left
         lows, highs = [0], [0]
         for weight, _ in reversed(flags):
@@ -136,7 +136,7 @@ class TableEncoding:
             return self.terms.truth(rest >= high)
 
         def chosen(weight: int, flag: Term, then: Term, otherwise: Term) -> Term:
-            """Return the choice; the bound that leaves less implies the other one."""
+            """Return `ite flag then otherwise`, without the if-then-else: one branch implies the other."""
             terms = self.terms
             if weight > 0:
                 return terms.both((otherwise, terms.implies(flag, then)))
@@ -151,7 +151,7 @@ class TableEncoding:
         return decided(0, bound, known)
 
     def entry(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm | Ranked | Ordered:
-        """Return what an entry is; one that nothing changes is what it was at the start."""
+        """Return the value of an entry; one that no record changes has its initial value."""
         if entry in self.parts:
             return self._sum(frame, looked, entry)
         if entry in self.variable:
@@ -171,7 +171,7 @@ class TableEncoding:
         return self._counted(frame, {entry})
 
     def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
-        """Return a sum by its parts; the difference between its initial value and theirs is a constant."""
+        """Return the value of a sum: its parts, plus the constant by which its initial value differs from theirs."""
         constant = self.tables.entries[entry].initial
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
@@ -185,7 +185,7 @@ class TableEncoding:
         return LinearForm(constant, tuple(numbers), tuple(flags))
 
     def _alike(self, entry: int) -> Iterator[tuple[int, frozenset[int]]]:
-        """Yield the parts of a sum by their factors: those that count slots and places together, others alone."""
+        """Yield factors with parts of a sum: parts that count slots and places grouped by factor, others alone."""
         counted: dict[int, set[int]] = {}
         for factor, part in self.parts[entry]:
             together = counted.setdefault(factor, set())
@@ -216,7 +216,7 @@ class TableEncoding:
         return looked.values[side]
 
     def _remembered(self, frame: SymbolicState, number: int) -> Term:
-        """Return whether there is a past that satisfies its predicate."""
+        """Return the condition that there is a past which satisfies the predicate of this record."""
         (request,) = (k for k, row in enumerate(self.tables.requests) if row.pasts <= number < row.pasts_end)
         memory = self.layout.memories[self.layout.model.requests[request].name]
         agrees = self.agrees(
@@ -249,9 +249,9 @@ class TableEncoding:
     def _holders(
         self, frame: SymbolicState, request: int, feature: FeatureRow, entries: Set[int]
     ) -> Iterator[tuple[Term, tuple[Term, ...]]]:
-        """Yield the slots and the place that the feature counts in these entries: where they do, and what they hold.
+        """Yield for each slot and place that the feature counts in these entries its condition and its arguments.
 
-        A slot that counts while it runs and while it is stopping counts where it is active: once.
+        A slot that counts both while running and while stopping is yielded once, with the condition that it is active.
         """
         terms, each = self.terms, self.layout.model.requests[request]
         for number in range(each.instances):
@@ -273,7 +273,7 @@ class TableEncoding:
     # ---- diagrams ----
 
     def agrees(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
-        """Return where a diagram comes to an action: where the condition that it tells is true."""
+        """Return the condition under which a diagram leads to an action: that of the predicate it represents."""
         if looked is None:
             return self._truth(frame, root, looked)
         key = (root, looked, frame.all(self.raw))
@@ -290,13 +290,13 @@ class TableEncoding:
     def walk(
         self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
     ) -> list[tuple[Node, Term]]:
-        """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it."""
+        """Return the actions of a diagram in the order of their nodes, each with the condition that it is reached."""
         return [(node, here) for node, here in self.arrivals(frame, guard, root, looked) if node.code < 0]
 
     def arrivals(
         self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
     ) -> list[tuple[Node, Term]]:
-        """Return the nodes that a walk of a diagram may come to, in order, each with where it does."""
+        """Return the nodes that a walk of a diagram may reach, in order, each with the condition that it does."""
         terms = self.terms
         found: list[tuple[Node, Term]] = []
 
@@ -314,5 +314,5 @@ class TableEncoding:
 
 
 def number_of(value: Term) -> LinearForm:
-    """Return the number that a term is; of a Bool 0 or 1."""
+    """Return a term as a linear form; true counts as 1, false as 0."""
     return LinearForm(0, (), ((1, value),)) if value.sort == "Bool" else LinearForm(0, ((1, value),))

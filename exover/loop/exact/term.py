@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Term:
-    """A term; `value` of a constant (a bool, int or Fraction), name of a variable, factors of a sum."""
+    """A term; `value`: of a constant its value, of a variable its name, of a sum its constant and factors."""
 
     kind: TermOperator
     sort: Sort
@@ -45,7 +45,7 @@ class Term:
 
 
 def numeral(value: Number, sort: Sort = "Int") -> str:
-    """Return a number as SMT-LIB has it; a real is the fraction that its double is."""
+    """Return a number in SMT-LIB; a real as an exact fraction."""
     if value < 0:
         return f"(- {numeral(-value, sort)})"
     if sort == "Int":
@@ -57,12 +57,12 @@ def numeral(value: Number, sort: Sort = "Int") -> str:
 
 
 Values = Mapping[Term, Term]
-"""By variable what stands for it."""
+"""A substitution: maps variables to terms."""
 
 
 @dataclass
 class Terms:
-    """Makes terms."""
+    """Makes terms, simplified and each once (hash consing)."""
 
     _known: dict[tuple[object, ...], Term] = field(default_factory=dict)
 
@@ -98,7 +98,7 @@ class Terms:
         return self._make("constant", sort, (), Fraction(value) if sort == "Real" else int(value))
 
     def literal(self, value: bool | Number, sort: Sort) -> Term:
-        """Return the constant of a sort that a value is."""
+        """Return a value as a constant of a sort."""
         return self.truth(bool(value)) if sort == "Bool" else self.constant(value, sort)
 
     # ---- connectives ----
@@ -199,7 +199,7 @@ class Terms:
         return self._compare("=", left, right)
 
     def _compare(self, kind: Literal["<=", "="], left: Term, right: Term) -> Term:
-        """Return the comparison of two numbers, inside the branches of a choice where one side is a constant."""
+        """Return the comparison of two numbers; a comparison of `ite` with a constant moves into the branches."""
         if left is right:
             return self.true
         if left.kind == "constant" and right.kind == "constant":
@@ -244,7 +244,7 @@ class Terms:
                 return term
 
     def replaced(self, term: Term, values: Values, memory: dict[Term, Term] | None = None) -> Term:
-        """Return the term with variables replaced; `memory` keeps what was replaced by the same values before."""
+        """Return the term with variables replaced; `memory` caches results for the same values."""
 
         def build(each: Term, parts: tuple[Term, ...]) -> Term:
             return values.get(each, each) if each.kind == "var" else self.rebuilt(each, parts)

@@ -86,7 +86,7 @@ def _past(loop: ClosedLoop, request: int, state: State) -> int:
 
 
 def concretes(loop: ClosedLoop, event: LoopEvent, state: State) -> list[Event]:
-    """Return concrete events for which `event` stands; their reals lie differently to those that `state` holds."""
+    """Return concrete events for which `event` stands, with reals in several orders to those that `state` holds."""
     arguments = None
     if isinstance(event.event, Ask):
         arguments = loop.arguments[loop.request_number[event.event.request]]

@@ -1,7 +1,7 @@
-"""Arguments by what the tables can tell apart: finitely many cells, each with concrete values that stand for it.
+"""Cells and classes of arguments: the finite partition that tests and conditions induce, with representatives.
 
-Reals enter through the constants and the other reals that they are compared with: between two neighbouring constants
-there are as many sample points as reals that are compared with each other, so that every order of them occurs.
+Reals are sampled at the constants that they are compared with, and between neighbouring constants at as many points as
+there are reals that are compared with each other, so that every order of them occurs.
 """
 
 import math
@@ -23,7 +23,7 @@ from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tab
 from exover.ocrd.vector import LEFT, RIGHT, rank
 
 MOST_SAMPLES = 50_000
-"""How many argument tuples of one request are looked at."""
+"""The greatest number of argument tuples that are sampled for one request."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Class:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Arguments that are decided alike: values of the entries they are loaded into, and their class in a slot."""
+    """Arguments that are decided alike: a representative, its loaded entries as pairs, and its class in a slot."""
 
     number: int
     args: Args
@@ -54,7 +54,7 @@ class Arguments:
     tracked: TrackedPredicates
     request: int
     nothing: State
-    """A state for conditions that read none."""
+    """Any state, for the evaluation of conditions that read only arguments."""
     _loaded: dict[Args, dict[int, int]] = field(default_factory=dict)
     _weights: dict[tuple[Args, tuple[int, ...]], tuple[int, ...]] = field(default_factory=dict)
     _part_weights: dict[tuple[tuple[int, ...], Args, tuple[int, ...]], list[int]] = field(default_factory=dict)
@@ -91,9 +91,9 @@ class Arguments:
         return list(product(range(LEFT, RIGHT + 1), repeat=len(self.poster_orders)))
 
     def loaded(self, values: Args) -> dict[int, int]:
-        """Return the entries that arguments (and results) are loaded into; not those that posters share in.
+        """Return the entries that arguments (and results) are loaded into, without comparisons with posters.
 
-        It is made once, for the caller to read.
+        The dictionary is cached: callers must not change it.
         """
         if values not in self._loaded:
             self._loaded[values] = self._load(values)
@@ -127,7 +127,7 @@ class Arguments:
 
     @cached_property
     def remembered(self) -> range:
-        """The numbers of the comparisons with posters that a slot remembers: all, if something reads them there."""
+        """The indices of the comparisons with posters that a slot keeps: all if they matter there, else none."""
         if not self.poster_orders:
             return range(0)
         choices = self.choices()
@@ -137,7 +137,7 @@ class Arguments:
         return range(len(self.poster_orders) if varies else 0)
 
     def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
-        """Return whether a predicate agrees with loaded entries."""
+        """Return whether a predicate is true of loaded entries."""
         if predicate == ALWAYS:
             return True
         while predicate != NONE:
@@ -150,7 +150,7 @@ class Arguments:
     def pasts(self, args: Args, results: Args) -> tuple[int, ...]:
         """Return the values of the entries of the past after an ok with these arguments and results.
 
-        They are looked up where the entries that they depend on had the same values before.
+        They are cached by the values of the entries that they depend on.
         """
         entries = self.loaded(args + results)
         found = [0] * (self.row.pasts_end - self.row.pasts)
@@ -178,7 +178,7 @@ class Arguments:
 
     @cached_property
     def past_kinds(self) -> list[Args]:
-        """Arguments with results, one for each past that something tells apart."""
+        """One tuple of arguments and results for each class of pasts that something tells apart."""
         return [kind.args for kind in self._pasts_by_sign.values()]
 
     @cached_property
@@ -190,9 +190,9 @@ class Arguments:
         return found
 
     def _signs_of_pasts(self, args: Args) -> tuple[tuple[object, ...], ...]:
-        """Return by sample of the results what is told of a past with these arguments.
+        """Return for each sample of the results the signature of a past with these arguments.
 
-        Arguments that are alike in all that a past is looked at for leave the same.
+        It is cached by the arguments that anything reads of a past.
         """
         if not self.remembers_past:
             return self._told_of_nothing
@@ -207,7 +207,7 @@ class Arguments:
 
     @cached_property
     def _kept(self) -> tuple[int, ...]:
-        """The numbers of the arguments that a past is looked at for, in a test or a condition."""
+        """The indices of the arguments that a test or a condition reads of a past."""
         tracked, rows = self.tracked_past or TrackedPast(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
         read = {
             term.name for each in tracked.comparisons for term in operands(each) if isinstance(term, Param)
@@ -216,7 +216,7 @@ class Arguments:
         return tuple(sorted(named.union(*(self._looked_at(row.predicate) for row in rows))))
 
     def _looked_at(self, predicate: int) -> set[int]:
-        """Return the numbers of the arguments on which it depends whether loaded entries agree with a predicate."""
+        """Return the indices of the arguments on which the truth of a predicate depends."""
         tested = self._tested(predicate)
         tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
         compared = {side for order in self.inner_orders if order.entry in tested for side in (order.left, order.right)}
@@ -230,25 +230,25 @@ class Arguments:
         return {node.code for node in map(self.tables.nodes.__getitem__, below) if node.code >= 0}
 
     def past_kind(self, args: Args, results: Args) -> int:
-        """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
+        """Return the index in `past_kinds` of the past that an ok with these arguments and results leaves."""
         key = tuple([args[number] for number in self._kept]), results
         if key not in self._kinds:
             self._kinds[key] = self._pasts_by_sign[self._past_sign(args, results)].number
         return self._kinds[key]
 
     def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
-        """Return what tests of the tables and conditions of the model tell of a past."""
+        """Return the signature of a past: equal iff no test of the tables and no condition tells two pasts apart."""
         tracked = self.tracked_past or TrackedPast()
         values = bind((*self.params, *self.results), args + results)
         truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in tracked.comparisons)
         return self.pasts(args, results), truths, tuple(values[name] for name in sorted(tracked.exact))
 
     def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
-        """Return the loaded entries, those shared with posters as `choice` says."""
+        """Return the loaded entries with the comparisons with posters, which have the values of `choice`."""
         return self.loaded(args) | dict(self.compared(choice))
 
     def compared(self, choice: tuple[int, ...]) -> list[tuple[int, int]]:
-        """Return the entries shared with posters, as `choice` says."""
+        """Return the entries that compare arguments with posters, with the values of `choice`."""
         pairs = zip(self.poster_orders, choice, strict=True)
         return [(order.entry, value) for order, value in pairs if order.entry != NONE]
 
@@ -260,13 +260,13 @@ class Arguments:
         return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *tracked}))
 
     def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
-        """Return by feature what these arguments count for."""
+        """Return for each feature the weight of these arguments, if they compare with posters as `choice` says."""
         if (args, choice) not in self._weights:
             self._weights[args, choice] = self._weigh(args, choice)
         return self._weights[args, choice]
 
     def _weigh(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
-        """Return them, each from where the arguments that it depends on were the same before."""
+        """Compute `weights`; each weight is cached by the arguments that it depends on."""
         found = [0] * (self.row.features_end - self.row.features)
         for numbers, features in self._features.items():
             key = numbers, tuple([args[number] for number in numbers]), choice
@@ -279,7 +279,7 @@ class Arguments:
 
     @cached_property
     def _features(self) -> dict[tuple[int, ...], list[int]]:
-        """The features, by number, by the numbers of the arguments on which it depends what they count."""
+        """Maps indices of arguments to the features whose weights depend on just these."""
         found: dict[tuple[int, ...], list[int]] = {}
         for number, feature in enumerate(self.tables.features[self.row.features : self.row.features_end]):
             read = self._looked_at(feature.predicate) | {feature.weight} - {NONE}
@@ -287,7 +287,7 @@ class Arguments:
         return found
 
     def _weight(self, number: int, args: Args, entries: dict[int, int]) -> int:
-        """Return what arguments count for in a feature."""
+        """Return the weight of arguments in a feature; 0 if its predicate is false of them."""
         feature = self.tables.features[self.row.features + number]
         if not self.agrees(feature.predicate, entries):
             return 0
@@ -298,14 +298,14 @@ class Arguments:
         return self.cells[0] if len(self.cells) == 1 else self._by_sign[self._sign(args)]
 
     def _sign(self, args: Args) -> tuple[object, ...]:
-        """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
+        """Return the signature of a cell: the outcomes of tests of loaded entries, and the signature of the class."""
         return self._loaded_sign(args), self._class_sign(args)
 
     def _loaded_sign(self, args: Args) -> tuple[int, ...]:
         return tuple([self.bounds.sign(entry, value) for entry, value in self.loaded(args).items()])
 
     def _tracked_sign(self, args: Args) -> tuple[object, ...]:
-        """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
+        """Return the part of the signature that conditions need: their truth, values in sums, ranks among constants."""
         scope = Scope(bind(self.params, args))
         truths = tuple(holds(self.model, self.nothing, cond, scope) for cond in self.conditions)
         name = self.model.requests[self.request].name
@@ -325,7 +325,7 @@ class Arguments:
         return tuple(w if f.weight == NONE else self.bounds.sign(f.running, w) for f, w in pairs)
 
     def _class_sign(self, args: Args) -> tuple[object, ...]:
-        """Return what tells classes apart: what the arguments count for, and what they leave behind at an ok."""
+        """Return the signature of a class: conditions, weights, pasts, and what is produced at an ok."""
         row, entries = self.row, self.loaded(args)
         return (
             self._tracked_sign(args),
@@ -336,7 +336,7 @@ class Arguments:
 
     @cached_property
     def cells(self) -> list[Cell]:
-        """The cells, which are told apart when they are first asked for: that takes long where there are thousands."""
+        """The cells, computed when first needed, since that takes long if there are thousands."""
         if len(self.samples) == 1:  # nothing tells these arguments apart
             args = self.samples[0]
             return [Cell(0, args, tuple(self.loaded(args).items()), 0)]
@@ -383,7 +383,7 @@ class Arguments:
         return list(product(*choices))
 
     def _entries(self, number: int, row: ParamRow) -> list[int]:
-        """Return the entries that an integer parameter gets into: when it is looked at, and from a slot."""
+        """Return the entries whose value an integer parameter contributes to: as a loaded argument, and from a slot."""
         features = self.tables.features[self.row.features : self.row.features_end]
         found = [feature.running for feature in features if feature.weight == number]
         return [entry for entry in (row.value, *found) if entry != NONE]
@@ -409,6 +409,6 @@ class Arguments:
 
 
 def all_arguments(model: Model, tables: Tables, bounds: TestedBounds, tracked: TrackedPredicates) -> list[Arguments]:
-    """Return the arguments of each request; raises `TooLarge` if they are more than can be followed."""
+    """Return the arguments of each request; raises `TooLarge` if one has more than `MOST_SAMPLES` samples."""
     start = resting(model)
     return [Arguments(model, tables, bounds, tracked, number, start) for number in range(len(model.requests))]

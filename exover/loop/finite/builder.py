@@ -40,7 +40,7 @@ FAILURES: tuple[Ending, ...] = ("failed", "interrupted")
 
 @dataclass(frozen=True, slots=True)
 class LoopEvent:
-    """An event up to what the tables can tell apart; `event` stands for all that are alike, `cell` for an ask's."""
+    """A class of events that the tables do not tell apart: a representative, its program, and of an ask the cell."""
 
     event: Event
     program: Program
@@ -49,20 +49,20 @@ class LoopEvent:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A part of a pass: one rule, one required launch, or the settling of one request."""
+    """A component of a pass, with the variables that it reads and writes."""
 
     program: Program
     reads: frozenset[int]
     writes: frozenset[int]
     always: bool
-    """Whether it may do something in a step that changed nothing it reads."""
+    """Whether it is spontaneous: it may do something in a step that has written nothing it reads."""
 
 
 @dataclass(frozen=True, slots=True)
 class FiniteNewcomer:
-    """A request to be decided: its arguments, and how they compare with posters.
+    """A request to be decided: the cell of its arguments, and how they compare with posters (`choice`).
 
-    `settling`: it stands in the waiting place; `fallen`: it fell from clearing to waiting in this step.
+    `settling`: it is in the waiting place; `fallen`: it fell from clearing to waiting in this step.
     """
 
     request: int
@@ -77,7 +77,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     """The states, the events, and one pass of steps 3 to 5."""
 
     decided: list[tuple[Walk, FiniteNewcomer]] = field(default_factory=list, init=False)
-    """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
+    """Every walk that decides on a newcomer, with the newcomer; complete once `events` and `body` have been made."""
     _killing: dict[tuple[int, str], Program] = field(default_factory=dict, init=False, repr=False)
     _shared: dict[Program, Program] = field(default_factory=dict, init=False, repr=False)
     _taking: dict[tuple[int, int], Apply] = field(default_factory=dict, init=False, repr=False)
@@ -144,7 +144,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return self.admitted(newcomer, (*program, *self._by_choice("chosen", newcomer)))
 
     def _by_choice(self, kind: str, newcomer: FiniteNewcomer) -> Program:
-        """Return the decision on a newcomer, by what the variables `kind` say of how it compares with posters."""
+        """Return the decision on a newcomer, switched by the variables `kind`: how it compares with posters."""
         which = len(newcomer.choice)
         if which == len(self.arguments[newcomer.request].poster_orders):
             return (self._decide(newcomer),)
@@ -171,37 +171,37 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return tuple(chain.from_iterable(parts))
 
     def noted_of(self, occurrence: Occurrence, newcomer: FiniteNewcomer) -> Program:
-        """Return that this has happened to the newcomer."""
+        """Return the part that notes an occurrence of the newcomer."""
         return self.noted(occurrence, newcomer.request, newcomer.cell.args)
 
     def superseded(self, request: int) -> Program:
-        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
+        """Return the part that notes that a newcomer supersedes the waiting request, if one waits."""
         if not self.may_wait[request]:
             return ()
         noted = self.refused(request)
         return (*self.left(request), *(self.if_waiting(request, noted) if noted else ()))
 
     def if_waiting(self, request: int, then: Program, otherwise: Program | None = None) -> Program:
-        """Return `then` where the waiting place is taken, and `otherwise` where it is not."""
+        """Return the part that does `then` if a request waits, else `otherwise`."""
         return (Switch(self.index["place", request], (otherwise or (), then, then)),)
 
     def if_running(self, request: int, number: int, then: Program) -> Program:
-        """Return `then` where a slot is running."""
+        """Return the part that does `then` if a slot is running."""
         return (Switch(self.phase_index(request, number), ((), then, ())),)
 
     def unless_fallen(self, newcomer: FiniteNewcomer, part: Program) -> Program:
-        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        """Return the part, guarded: it is skipped if the newcomer has fallen to waiting before in this step."""
         return () if newcomer.fallen else part
 
     def falling(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
-        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
+        """Return the part that notes a fall to waiting: the place was clearing and will not be."""
         if clearing:
             return ()
         falls: Program = (Assign(self.index["fallen", newcomer.request], 1),)
         return (Switch(self.index["place", newcomer.request], ((), (), falls)),)
 
     def put_in_place(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
-        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        """Return the part that puts or keeps the newcomer in the waiting place; one that fell before stays waiting."""
         request, phase = newcomer.request, CLEARING if clearing and not newcomer.fallen else WAITING
         ops: list[Op] = [Assign(self.index["place", request], phase)]
         if ("cell", request) in self.index:
@@ -210,25 +210,25 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return tuple(ops)
 
     def vacated(self, request: int) -> Program:
-        """Return that the waiting place is empty."""
+        """Return the part that empties the waiting place."""
         keys: list[VariableKey] = [("place", request), ("cell", request)]
         keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
         return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 
     def rejected(self, newcomer: FiniteNewcomer, rule: str) -> Program:
-        """Return that the newcomer is rejected for a rule: one program for all that are noted alike."""
+        """Return the part that rejects the newcomer for a rule; equal programs are one object."""
         found = super().rejected(newcomer, rule)
         return self._shared.setdefault(found, found)
 
     def killed(self, node: Node) -> Program:
-        """Return that the slots which a node names are killed for its rule, one program for each target and rule."""
+        """Return the part that kills the slots which a node names, for its rule; cached by target and rule."""
         key = (node.high, self.reasons[node.bound].rule)
         if key not in self._killing:
             self._killing[key] = super().killed(node)
         return self._killing[key]
 
     def occupied(self, newcomer: FiniteNewcomer) -> Program:
-        """Return that the newcomer runs in the first slot that is idle."""
+        """Return the part that lets the newcomer run in the first idle slot."""
         row, cell = self.tables.requests[newcomer.request], newcomer.cell
         slots: Program = ()
         for slot in reversed(range(row.slots, row.slots + row.instances)):
@@ -245,11 +245,11 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return slots
 
     def stopped(self, request: int, number: int) -> Program:
-        """Return that a slot is stopping."""
+        """Return the part that sets a slot to stopping."""
         return (Assign(self.phase_index(request, number), STOPPING),)
 
     def consumed(self, newcomer: FiniteNewcomer, amount: t.AmountRow) -> Program:
-        """Return that the newcomer takes what it consumes."""
+        """Return the part by which the newcomer takes what it consumes."""
         var = self.index.get(("level", amount.stock))
         if var is None or not self.arguments[newcomer.request].agrees(amount.predicate, dict(newcomer.cell.entries)):
             return ()
@@ -262,12 +262,12 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return self._taking[var, amount]
 
     def forgotten(self, request: int) -> Program:
-        """Return that the past of a request is empty."""
+        """Return the part that clears the past of a request."""
         past = self.index.get(("past", request))
         return () if past is None else (Assign(past, 0),)
 
     def assigned(self, variable: int, value: int) -> Program:
-        """Return that a state of a module has the value of this ordinal."""
+        """Return the part that sets a state of a module to the value of this ordinal."""
         if variable not in self.samples:
             return ()
         return (Assign(self.index["reading", variable], self.reading_cell(variable, value)),)
@@ -278,7 +278,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return self.report(request, number, outcome, self._released(request, number, outcome, results))
 
     def _released(self, request: int, number: int, outcome: Ending, results: tuple[Value, ...]) -> Program:
-        """Return that a slot is idle, how it ended, and after an ok the past and what it produces."""
+        """Return the part that makes a slot idle and keeps its outcome and, after an ok, past and products."""
         arguments, at = self.arguments[request], self.tables.requests[request].slots + number
         kind = self.index.get(("class", at))
         ops: list[Op] = []
@@ -294,7 +294,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return tuple(ops)
 
     def _ok(self, request: int, args: tuple[Value, ...], results: tuple[Value, ...]) -> Program:
-        """Return what an ok leaves behind: the past, and what it produces."""
+        """Return the part that keeps the past and adds what is produced after an ok."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         past = self.index.get(("past", request))
         ops: list[Op] = [Assign(past, 1 + arguments.past_kind(args, results))] if past is not None else []
@@ -309,18 +309,18 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     # ---- steps 3 to 5 ----
 
     def following(self, root: int, on: Callable[[Node], Program]) -> Program:
-        """Return the walk through a diagram of the state; at an action what `on` has for it."""
+        """Return the part that follows a diagram of the state and does at each action what `on` returns for it."""
         return (Walk(root, (), tuple((number, on(node)) for number, node in self._actions(root))),)
 
     def once_due(self, launch: int, attempt: Program) -> Program:
-        """Return the attempt where the condition of a launch rule holds that was not tried before in this step."""
+        """Return the attempt, done (and remembered) if the rule's condition holds and it was not tried in this step."""
         tried = self.index["tried", launch]
         attempt = (Assign(tried, 1), *attempt)
         walk = self.following(self.tables.launches[launch].condition, lambda _: attempt)
         return (Switch(tried, (walk, ())),)
 
     def required(self, launch: int) -> Program:
-        """Return the ask for what a launch rule launches."""
+        """Return the part that asks for the request of a launch rule."""
         request = self.tables.launches[launch].request
         return self.asked(request, self.arguments[request].cell_of(self.model.launches[launch].args))
 
@@ -346,7 +346,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return self.if_waiting(request, decided)
 
     def _decided_in_place(self, request: int, fallen: bool) -> Program:
-        """Return the decision on what stands in the waiting place."""
+        """Return the decision on the waiting request."""
         cells = [
             self._by_choice("standing", FiniteNewcomer(request, cell, (), settling=True, fallen=fallen))
             for cell in self.arguments[request].cells

@@ -1,4 +1,4 @@
-"""Symbolic execution of programs: from a condition under which a program is run, what it does to all variables."""
+"""Symbolic execution of programs, from a condition under which a program is run."""
 
 from abc import ABC, abstractmethod
 from typing import Generic, assert_never
@@ -86,7 +86,7 @@ class SymbolicExecution(ABC, Generic[S]):
 
     @abstractmethod
     def disjunction(self, conditions: list[S]) -> S:
-        """Return that one of the conditions is true."""
+        """Return the disjunction of the conditions."""
 
     @abstractmethod
     def joined(self, number: int, conditions: list[S]) -> S | None:
@@ -94,4 +94,4 @@ class SymbolicExecution(ABC, Generic[S]):
 
     @abstractmethod
     def branched(self, number: int, node: Node, fixed: dict[int, int], here: S) -> tuple[S, S]:
-        """Return where the test of a node is true, and where it is not, entries of `fixed` having these values."""
+        """Split the condition of a node by its test, true and false; entries of `fixed` have the values given there."""

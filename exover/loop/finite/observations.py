@@ -1,4 +1,4 @@
-"""What posters, levels and latches read, and how that changes."""
+"""The parts of programs that change readings of posters, levels and latches."""
 
 from collections.abc import Iterable
 
@@ -16,7 +16,10 @@ class Observations(Observers):
     """The parts of programs that change readings."""
 
     def observations(self, latched: Program) -> Iterable[tuple[Observe, Program]]:
-        """Yield what can be observed, values that are alike once, with what each does before latches are `latched`."""
+        """Yield an observation for each class of values of each poster and consumable, with its program.
+
+        The program is the update followed by `latched`.
+        """
         index = ModelIndex(self.model)
         for number, variable in index.posters:
             for cell, value in enumerate(self.samples.get(number, [variable.initial])):
@@ -31,7 +34,7 @@ class Observations(Observers):
                 yield Observe(resource.name, level), update + latched
 
     def _compare(self, poster: int, cell: int) -> Iterable[Op]:
-        """Yield the updates of all orders with a real poster whose value has come into this cell."""
+        """Yield the updates of all comparisons with a real poster whose new value is in this cell."""
         for key, var in self.index.items():
             if key[0] == "pair" and poster in key[1:]:
                 left, right = int(str(key[1])), int(str(key[2]))

@@ -1,6 +1,6 @@
-"""What a step did, for properties that ask: `asked`, `launched`, `rejected`, `killed`, `ended` (docs/language.md 8).
+"""History variables for properties: what the last step did (`asked`, `launched`, …; docs/language.md 8).
 
-Each predicate that some property or assumption uses is a variable that every step begins by clearing.
+Each such predicate of a property or assumption has a variable, which every step clears at its beginning.
 """
 
 from collections.abc import Sequence
@@ -18,24 +18,24 @@ class Observers(LoopStates):
     """The parts of programs that note what happens."""
 
     def anew(self) -> Program:
-        """Return the assignments with which every step begins: nothing has happened in it yet."""
+        """Return the assignments with which every step begins: they clear the history variables."""
         return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
 
     def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
-        """Return the note that this happened to the request with these arguments."""
+        """Return the part that notes an occurrence of the request with these arguments."""
         watching = self._watching.get((occurrence, self.model.requests[request].name), ())
         return tuple(
             Assign(self.index["happened", number], 1) for number, each in watching if self._concerns(each, args)
         )
 
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Program:
-        """Return the note that this happened to what this slot of a request holds."""
+        """Return the part that notes an occurrence of the request in this slot."""
         slot = self.tables.requests[request].slots + number
         kinds = [kind.args for kind in self.arguments[request].classes]
         return self._noted_of(occurrence, request, ("class", slot), kinds)
 
     def marked(self, *label: str) -> Program:
-        """Return the mark, with the note of it for properties that ask for it."""
+        """Return the part that passes a mark, and notes it if some property asks for it."""
         if label not in self._marks:
             passed = Passed(label)
             noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
@@ -48,7 +48,7 @@ class Observers(LoopStates):
         return {}
 
     def refused(self, request: int) -> Program:
-        """Return the note that what stands in the request's waiting place is rejected."""
+        """Return the part that notes the rejection of the waiting request."""
         if request not in self._refused:
             kinds = [cell.args for cell in self.arguments[request].cells]
             self._refused[request] = self._noted_of("rejected", request, ("cell", request), kinds)

@@ -1,4 +1,4 @@
-"""Conditions of the model, read on the loop's states without the tables: what questions about rules are made of."""
+"""Conditions of the model as sets of the loop's states, computed from the model alone."""
 
 from collections.abc import Iterator
 from typing import assert_never
@@ -52,11 +52,11 @@ from exover.ocrd.vector import (
 )
 
 Cases = list[tuple[int, GuardedValue]]
-"""Factors and terms whose sum, with a constant, an integer expression is."""
+"""The factors and terms of an integer expression `constant + sum(factor * term)`."""
 
 
 class StatePredicates(SlotPredicates[S]):
-    """Truth sets of conditions; `once_stopped` takes the stopping slots as idle."""
+    """Truth sets of conditions; `once_stopped`: with stopping slots as idle."""
 
     def rule(self, rule: Rule, once_stopped: bool) -> S:
         """Return the states in which the F of a rule holds."""
@@ -104,7 +104,7 @@ class StatePredicates(SlotPredicates[S]):
     # ---- quantities ----
 
     def quantity(self, quantity: Quantity) -> list[GuardedValue]:
-        """Return the terms whose sum a quantity of the state is; not one of the arguments that are looked at."""
+        """Return the terms whose sum is a quantity of the state; raises `TooLarge` for other quantities."""
         match quantity:
             case VariableValue(name):
                 return [term for _, term in self._linear_reading(name)]
@@ -143,7 +143,7 @@ class StatePredicates(SlotPredicates[S]):
                 assert_never(quantity)
 
     def _counted(self, request: str, at: int, where: Cond | None, phase: str) -> GuardedValue:
-        """Return 1 where a slot is in this phase with arguments that satisfy `where`, which may read real posters."""
+        """Return a term: 1 if a slot is in this phase and its arguments satisfy `where`, which may read posters."""
         number = self.request[request]
         params = self.model.requests[number].params
         phases = frozenset({RUNNING if phase == "running" else STOPPING})
@@ -207,12 +207,12 @@ class StatePredicates(SlotPredicates[S]):
         return self.space.disjunction(states for total, states in sums.items() if true(total + constant, other))
 
     def _compare_posters(self, cond: Compare, left: str, right: str) -> S:
-        """Compare two real posters by what the loop remembers of them as a pair."""
+        """Return the states in which a comparison of two real posters is true, by the variable of their order."""
         var, flipped = self._pair(left, right)
         return self.space.among(var, [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)])
 
     def _pair(self, left: str, right: str) -> tuple[int, bool]:
-        """Return the variable that remembers how two real posters compare, and whether the other way round."""
+        """Return the variable of the order of two real posters, and whether it compares right with left."""
         var = self.loop.index.get(("pair", self.variable[left], self.variable[right]))
         if var is not None:
             return var, False

@@ -1,4 +1,4 @@
-"""What an event does to the loop, as small steps: the language in which the closed loop is given to engines.
+"""Programs: the language of small operations in which the closed loop is given to engines.
 
 A program is a sequence of operations on variables with finite domains `0 .. size - 1`; guards are nodes of the decoded
 tables. Every operation but `Choose` is deterministic.
@@ -75,11 +75,11 @@ class Walk:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something happens here that checks ask for.
+    """An occurrence that checks ask for.
 
-    `launch r`; an action that names `rule x`; what x demands is taken: `reject x`, `wait x`, `settle x`; or a slot of r
-    is killed, or what waits there given up, for x: `kill x r`. What waits for r does so no longer: `left r`; the
-    environment gives something up: `abort`.
+    `launch r`: r is launched. `rule x`: an action names x. `reject x`, `wait x`, `settle x`: the demand of x is taken.
+    `kill x r`: a slot of r is killed, or the waiting r given up, for x. `left r`: r no longer waits. `abort`: the
+    environment aborts something.
     """
 
     label: Label
@@ -90,7 +90,7 @@ Program = tuple[Op, ...]
 
 
 def operations(program: Program) -> Iterator[Op]:
-    """Yield the operations of a program, those within others too; of a part that several share, once."""
+    """Yield the operations of a program, nested ones included; those of a shared part once."""
     seen: set[int] = set()
     stack = [program]
     while stack:
@@ -123,5 +123,5 @@ def walks(program: Program) -> Iterator[Walk]:
 
 
 def switched(program: Program) -> Iterator[int]:
-    """Yield the variables that a program looks at, those in the guards of walks left out."""
+    """Yield the variables that a program reads, except those that walks test."""
     return (op.var for op in operations(program) if isinstance(op, Switch | Require | Apply))

@@ -1,8 +1,8 @@
-"""Reals that change and are compared with each other: an argument with a poster.
+"""Comparisons of reals that change with each other, as of an argument with a poster.
 
-The loop remembers only how they compare, less, equal or greater. Which of these can be is a matter of the intervals in
-which both are known to lie; that two arguments bound each other through one poster is not followed, so a run of the
-loop may have no concrete one (which a replay finds out), but never the other way round.
+The loop keeps only how they compare: less, equal or greater. Which of these are feasible depends on the intervals in
+which both lie. That two arguments bound each other through one poster is not modelled: this is an over-approximation,
+so a run of the loop may have no concrete one, which its replay finds out.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ from exover.ocrd.vector import rank
 
 @dataclass(frozen=True)
 class RealCells:
-    """The values of a real by what the loop tells apart: on which side of each of `cuts` they lie."""
+    """The cells of a real: the partition of `low .. high` by `cuts`, each cut a cell of its own."""
 
     low: float
     high: float
@@ -40,7 +40,7 @@ class RealCells:
         return tuple(found.values())
 
     def beside(self, value: float, grid: tuple[float, ...]) -> list[float]:
-        """Return values in the cell of this one, on both sides of all that a grid tells apart there."""
+        """Return values in the same cell: the points of the grid there, and two between any two of them."""
         return [v for v in points(self.low, self.high, grid, 2) if rank(self.cuts, v) == rank(self.cuts, value)]
 
     def cell(self, value: float) -> int:
@@ -62,13 +62,15 @@ def poster_cells(model: Model, tables: Tables, tracked: TrackedPredicates, numbe
 
 @dataclass(frozen=True)
 class RealOrders:
-    """How the arguments of one request can compare with posters; `posters` by number."""
+    """The feasible comparisons of one request's arguments with posters; `posters`: their cells, by number."""
 
     arguments: Arguments
     posters: dict[int, RealCells]
 
     def feasible(self, which: int, value: float, cell: int) -> tuple[int, ...]:
-        """Return how an argument like `value` can compare in `poster_orders[which]` with the poster in this cell."""
+        """Return the feasible outcomes of `poster_orders[which]` for an argument in the cell of `value`, a poster in
+        this one.
+        """
         order = self.arguments.poster_orders[which]
         row = self.arguments.tables.params[self.arguments.row.params + order.left]
         reals, poster = self.arguments.tables.reals, self.posters[-1 - order.right]
@@ -77,13 +79,13 @@ class RealOrders:
 
 
 def feasible(left: RealCells, right: RealCells, mine: float, its: float) -> tuple[int, ...]:
-    """Return how two reals can compare that lie where these values do."""
+    """Return the feasible outcomes of comparing two reals that are in the cells of these values."""
     grid = tuple(sorted({*left.cuts, *right.cuts, left.low, left.high, right.low, right.high}))
     return tuple(sorted({compare(*pair) for pair in product(left.beside(mine, grid), right.beside(its, grid))}))
 
 
 def candidates(event: Event, cell: Cell | None, arguments: Arguments | None, state: State) -> Iterator[Event]:
-    """Yield concrete events like `event` whose reals lie differently to those that are live in `state`."""
+    """Yield `event` and variants of it whose reals are at, between or near those that `state` holds."""
     yield event
     live = sorted({v for v in _live(state) if isinstance(v, float)})
     between = [left + (right - left) / 2 for left, right in pairwise(live)]
@@ -105,7 +107,7 @@ def candidates(event: Event, cell: Cell | None, arguments: Arguments | None, sta
 
 
 def _live(state: State) -> Iterator[Value]:
-    """Yield the values that are held now: readings, arguments of slots and places."""
+    """Yield the values in a state: readings, arguments in slots and waiting places."""
     yield from state.readings.values()
     for slots in state.slots.values():
         for slot in slots:

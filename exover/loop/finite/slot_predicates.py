@@ -1,4 +1,4 @@
-"""Where slots and waiting places hold which arguments, and what is past, as guards and as sets of states."""
+"""Conditions on slots, waiting places and pasts, as guards and as sets of states."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -16,11 +16,11 @@ from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
 
 ParameterOrders = dict[tuple[str, str], int]
-"""How parameters compare with real posters, by the names of both, as an `Order` has it."""
+"""Maps the names of a parameter and a real poster to how they compare, as in an `Order`."""
 
 
 class SlotPredicates(Generic[S]):
-    """What slots, waiting places and the past hold, as guards and sets of the loop's states."""
+    """Conditions on slots, waiting places and pasts of the finite loop."""
 
     def __init__(self, space: StateSets[S]) -> None:
         self.space = space
@@ -32,7 +32,7 @@ class SlotPredicates(Generic[S]):
         self._nothing = resting(self.model)
 
     def slot_orders(self, request: int, slot: int) -> Iterator[tuple[StateGuard, ParameterOrders]]:
-        """Yield how the arguments of a slot can compare with posters, and where they do so."""
+        """Yield each outcome of comparing a slot's arguments with posters, after the guard of its states."""
         arguments, remembered = self.loop.arguments[request], self.loop.arguments[request].remembered
         for choice in product(range(LEFT, RIGHT + 1), repeat=len(remembered)):
             guard = tuple((self.loop.index["order", slot, k], frozenset({choice[k]})) for k in remembered)
@@ -49,11 +49,11 @@ class SlotPredicates(Generic[S]):
         return range(row.slots, row.slots + row.instances)
 
     def in_slot(self, slot: int, once_stopped: bool) -> S:
-        """Return where this slot is active; `once_stopped`: running."""
+        """Return the states in which this slot is active or, if `once_stopped`, running."""
         return self.space.among(self.loop.index["phase", slot], (RUNNING,) if once_stopped else (RUNNING, STOPPING))
 
     def of_class(self, slot: int, number: int) -> S:
-        """Return where this slot holds arguments of this class."""
+        """Return the states in which this slot holds arguments of this class."""
         var = self.loop.index.get(("class", slot))
         return self.space.all if var is None else self.space.is_value(var, number)
 
@@ -69,7 +69,7 @@ class SlotPredicates(Generic[S]):
     def guards(
         self, phase: str, request: str, where: Cond | None, once_stopped: bool, scope: Scope | None
     ) -> Iterator[StateGuard]:
-        """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
+        """Yield, for each slot or place, the guard that it is in this phase with arguments that satisfy `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]
         params = self.model.requests[number].params
@@ -89,7 +89,7 @@ class SlotPredicates(Generic[S]):
     def guard(
         self, owner: tuple[object, ...], kind: tuple[object, ...], phases: frozenset[int], which: frozenset[int]
     ) -> StateGuard:
-        """Return the guard: the owner in one of these phases, with arguments of these kinds."""
+        """Return the guard that the owner is in one of these phases, with arguments of these classes or cells."""
         guard: StateGuard = ((self.loop.index[owner], phases),)
         if kind in self.loop.index:
             return (*guard, (self.loop.index[kind], which))
@@ -108,7 +108,7 @@ class SlotPredicates(Generic[S]):
         return frozenset(found)
 
     def past_of(self, request: str, where: Cond | None, scope: Scope | None) -> S:
-        """Return where the past is there and satisfies `where`."""
+        """Return the states in which the request has a past that satisfies `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]
         fields = (*arguments.params, *arguments.results)
@@ -116,5 +116,5 @@ class SlotPredicates(Generic[S]):
         return self.space.among(self.loop.index["past", number], [1 + kind for kind in those])
 
     def ended(self, request: str, outcome: Outcome) -> S:
-        """Return where the last instance of the request ended so."""
+        """Return the states in which the last instance of the request ended with this outcome."""
         return self.space.is_value(self.loop.index["last", self.request[request]], OUTCOMES.index(outcome))

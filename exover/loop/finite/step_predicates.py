@@ -25,7 +25,7 @@ def moments(predicates: StatePredicates[S], formula: Formula) -> S:
 
 
 def connected(space: StateSets[S], formula: Negation | Conjunction | Disjunction, true: Callable[[Formula], S]) -> S:
-    """Return the states in which a formula is true; `true`: those in which a part of it is."""
+    """Return the states in which a formula is true, given the states in which its parts are `true`."""
     match formula:
         case Negation(part):
             return space.complement(true(part))

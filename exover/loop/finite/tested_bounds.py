@@ -1,4 +1,4 @@
-"""What the tests of the tables tell apart: the bounds of each entry, and values that stand for what lies between."""
+"""The bounds that tests compare each entry with, and representatives of the intervals between them."""
 
 import math
 from bisect import bisect_left
@@ -11,21 +11,21 @@ from exover.model.types import plain
 from exover.ocrd.tables import Tables
 
 MOST_VALUES = 1024
-"""An integer that is part of a sum is followed value by value up to so many values."""
+"""The greatest number of values of an integer that is part of a sum."""
 
 
 class TooLarge(Exception):
-    """The loop has more to tell apart than decision diagrams are meant for; the text says what."""
+    """The finite loop would be too large for decision diagrams; the message says why."""
 
 
 @dataclass(frozen=True)
 class TestedBounds:
-    """By entry the bounds that some test compares it with; and the sums."""
+    """The sorted bounds that tests compare each entry with, and the parts of each sum."""
 
     tables: Tables
     of: dict[int, list[int]] = field(default_factory=dict)
     sums: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
-    """By sum its parts with their factors."""
+    """Maps a sum to its parts with their factors."""
 
     def __post_init__(self) -> None:
         for part, row in enumerate(self.tables.entries):
@@ -38,14 +38,14 @@ class TestedBounds:
             self.of[entry] = sorted(set(bounds))
 
     def exact(self, entry: int) -> bool:
-        """Return whether the very value of an entry matters, as a part of a sum."""
+        """Return whether the exact value of an entry matters because it is part of a sum."""
         row = self.tables.entries[entry]
         return row.sums < row.sums_end
 
     def samples(self, name: str, entries: list[int], low: int, high: int, tracked: TrackedConstants) -> list[int]:
-        """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out.
+        """Return values of `low .. high`, one for each combination of outcomes of tests of the entries and conditions.
 
-        `name`: what has these values, for messages.
+        `name`: whose values they are, for messages. Raises `TooLarge` if exact values matter and there are too many.
         """
         if tracked.exact or any(self.exact(entry) for entry in entries):
             if high - low >= MOST_VALUES:
@@ -57,12 +57,12 @@ class TestedBounds:
         return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]
 
     def sign(self, entry: int, value: int) -> int:
-        """Return what tells the values of an entry apart: itself, or the number of bounds below it."""
+        """Return the signature of an entry's value: the value if it is `exact`, else the number of bounds below it."""
         return value if self.exact(entry) else bisect_left(self.of.get(entry, []), value)
 
 
 def points(low: float, high: float, constants: tuple[float, ...], each: int) -> list[float]:
-    """Return the constants within `low .. high`, and `each` doubles of every open interval that they leave."""
+    """Return the constants within `low .. high`, its finite ends, and up to `each` doubles between neighbours."""
     inside = sorted({c for c in constants if low <= c <= high})
     found = set(inside) | {edge for edge in (low, high) if math.isfinite(edge)}
     for left, right in pairwise([low, *inside, high]):

@@ -1,17 +1,17 @@
-"""An order of the loop's variables in which what belongs together stands together."""
+"""A static variable order in which variables that are used together are close."""
 
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.program import switched, writes
 
 ROUNDS = 100
-"""After so many moves the order is taken as it is."""
+"""The greatest number of rounds."""
 
 
 def arrange(loop: ClosedLoop) -> list[int]:
-    """Return the variables in an order that keeps short the spans of what events and components touch.
+    """Return the variables in an order with short spans of the variables that events and components touch.
 
-    FORCE (Aloul, Markov, Sakallah 2003): each variable moves to the mean of the centres of the groups it is in, again
-    and again, as long as the total span shrinks.
+    FORCE (Aloul, Markov, Sakallah 2003): each variable moves to the mean of the centres of its groups, round by round,
+    as long as the total span shrinks.
     """
     groups = _groups(loop)
     order = list(range(len(loop.variables)))

@@ -1,4 +1,4 @@
-"""The states of the closed loop: its variables, and what each entry of the state vector is in terms of them."""
+"""The states of the finite loop: its variables, and each entry of the state vector as a sum over them."""
 
 from bisect import bisect_right
 from dataclasses import field
@@ -22,16 +22,16 @@ from exover.ocrd.tables import NONE, Node, Tables, VariableRow
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
 
 VariableKey = tuple[object, ...]
-"""What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;
-`place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; `happened`: whether the last step did what the
-predicate of this number asks for; what a step remembers: `tried` of a launch rule, `chosen` of a request.
+"""The kind of a variable and its owner: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`,
+`order` of a slot; `place`, `cell`, `standing`, `past`, `last` of a request; `happened` of the predicate of this number;
+and what a step remembers: `tried` of a launch rule, `fallen`, `chosen` of a request.
 """
 StateGuard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
 GuardedValue = tuple[tuple[StateGuard, int], ...]
-"""A value for each of some disjoint guards, 0 elsewhere."""
+"""A value for each of several disjoint guards, 0 elsewhere."""
 MOST_LEVELS = 4096
-"""The capacity up to which a consumable is followed."""
+"""The greatest capacity of a consumable in the finite loop."""
 MEMORY = ("tried", "fallen", "chosen")
 """Kinds of variables that are 0 between steps."""
 
@@ -41,17 +41,17 @@ PLACES = ("place", "cell", "standing")
 
 @dataclass
 class LoopStates:
-    """What a state of docs/language.md section 3 is to the tables.
+    """The state of docs/language.md section 3, up to what the tables and the properties tell apart.
 
-    Slots hold classes of arguments, waiting places cells, readings are known as far as tests can tell.
+    Slots hold classes of arguments, waiting places cells, and readings their representatives.
     """
 
     model: Model
     tables: Tables
     entries: tuple[Element, ...]
-    """What each entry of the vector is."""
+    """The element that each entry of the vector counts."""
     properties: Properties = NO_PROPERTIES
-    """Whose conditions are told apart too, and whose predicates on steps are kept."""
+    """The properties whose conditions are tracked, too, and whose predicates on steps have history variables."""
     variables: list[FiniteVariable] = field(default_factory=list)
     index: dict[VariableKey, int] = field(default_factory=dict)
     terms: dict[int, list[GuardedValue]] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class LoopStates:
             self.terms.setdefault(entry, []).append(cases)
 
     def _declare_variable(self, number: int) -> None:
-        """Declare a poster, state or latch: two readings have one value iff no test tells them apart."""
+        """Declare a poster, state or latch: two readings share a value iff no test or condition tells them apart."""
         row = self.tables.variables[number]
         name = self.names[number]
         if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.tracked.readings:
@@ -185,7 +185,7 @@ class LoopStates:
         self._count(request)
 
     def _declare_memory(self, request: int) -> None:
-        """Declare how the last instance ended, and the past: 0 if there is none, else 1 plus the number of its kind."""
+        """Declare the last outcome, and the past: 0 if there is none, else 1 plus its index in `past_kinds`."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         if arguments.remembers_past:
             kinds = arguments.past_kinds
@@ -200,7 +200,7 @@ class LoopStates:
             self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
 
     def _count(self, request: int) -> None:
-        """Let the slots and the waiting place of a request count for the entries of its features."""
+        """Add the terms of a request's slots and waiting place to the entries of its features."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         features = self.tables.features[row.features : row.features_end]
         remembered = self.arguments[request].remembered
@@ -231,7 +231,7 @@ class LoopStates:
         entries: dict[int, int],
         chosen: list[tuple[StateGuard, list[int]]],
     ) -> None:
-        """Count, in the entry of each phase, the weights by class or cell under each of some disjoint guards."""
+        """Add terms to the entry of each phase: the weights by class or cell, under each of several disjoint guards."""
         phase = self.index[where]
         kind = self.index.get(which)
         for entry in sorted(set(entries.values()) - {NONE}):
@@ -250,7 +250,7 @@ class LoopStates:
         return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
 
     def all_terms(self, entry: int) -> list[tuple[int, GuardedValue]]:
-        """Return the terms, with factors, whose sum an entry is."""
+        """Return the factors and terms whose sum is the entry."""
         parts = [(entry, 1), *self.bounds.sums.get(entry, ())]
         return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
 
