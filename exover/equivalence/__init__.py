@@ -1,1 +1,1 @@
-"""Whether two ways to decide are the same: tables and rules, or the rules with and without one of them."""
+"""Equivalence of decisions: of the tables and the rules, or of the rules with and without one of them."""

@@ -1,8 +1,8 @@
-"""What is known of some entries of the state vector bounds others, in every consistent state.
+"""Bound propagation: known ranges of some elements of the state vector bound others, in every consistent state.
 
-Bounds are propagated to a fixpoint (Harvey and Schimpf 2002): through the linear forms that entries are, and from a
-counter to one that counts no less. The compiler leaves out tests for reasons of this kind; who compares its tables with
-the rules has to find them again, and takes nothing of its word.
+Bounds are propagated to a fixpoint (Harvey and Schimpf 2002), through the linear forms of elements, and from a counter
+to those that count no less. The compiler leaves out tests for such reasons; the comparison of its tables with the rules
+finds these reasons again, independently of the compiler.
 """
 
 from dataclasses import field, replace
@@ -12,15 +12,15 @@ from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 
 KnownRanges = tuple[tuple[int, Range], ...]
-"""Elements by their numbers, with the values between which each lies; in the order of the numbers."""
+"""Numbers of elements with the range in which each lies, ordered by number."""
 EMPTY: Range = (1, 0)
 PASSES = 8
-"""So often bounds are propagated at most; what they are then is true, though perhaps not all that follows."""
+"""The greatest number of rounds of propagation; stopping early is sound, but bounds may be less tight."""
 
 
 @dataclass
 class BoundPropagation:
-    """The ranges of elements, as what is known of others leaves them."""
+    """Computes ranges of elements from known ranges of others."""
 
     numbers: Numbers
     _greater: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class BoundPropagation:
         return self._greater[quantity]
 
     def range(self, element: int, known: KnownRanges) -> Range:
-        """Return values between which an element lies in all states in which `known` holds; `EMPTY` if none does."""
+        """Return a range of an element in all states in which `known` holds; `EMPTY` only if there is no such state."""
         mine = self.about(element)
         about = tuple(item for item in known if not mine.isdisjoint(self.about(item[0])))
         if not about:
@@ -75,7 +75,7 @@ class BoundPropagation:
         return (low, high) if low <= high else EMPTY
 
     def _tighten(self, terms: tuple[tuple[int, int], ...], found: Range, bounds: dict[int, Range]) -> None:
-        """Leave to every quantity of a sum that lies in the range `found` the values with which it can."""
+        """Tighten the bounds of each quantity of a sum, given that the sum lies in the range `found`."""
         least, most = span(terms, bounds)
         for factor, quantity in terms:
             low, high = bounds[quantity]
@@ -87,7 +87,7 @@ class BoundPropagation:
 
 
 def greater(quantity: Quantity) -> list[Quantity]:
-    """Return the counters that count whatever this one does."""
+    """Return the counters that count everything that this one counts."""
     match quantity:
         case Slots(_, slot, where, _):
             found: list[Quantity] = [replace(quantity, where=None)] if where is not None else []
@@ -102,5 +102,5 @@ def greater(quantity: Quantity) -> list[Quantity]:
 
 
 def learned(known: KnownRanges, element: int, found: Range) -> KnownRanges:
-    """Return what is known once the element is found to lie in a range."""
+    """Return `known` with the range of an element added."""
     return tuple(sorted([item for item in known if item[0] != element] + [(element, found)]))

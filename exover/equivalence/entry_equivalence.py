@@ -1,4 +1,4 @@
-"""Do entries of the state vector count what they are taken for? The records of the tables say what each counts.
+"""Entry equivalence: by the records of the tables, entries of the state vector count the elements they stand for.
 
 An entry is the sum of what its records say of it, or of its parts. Each record says one quantity, of a counter with the
 predicate of the arguments that it counts; so an entry is what it is taken for if record by record the quantities are

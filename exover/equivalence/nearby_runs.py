@@ -1,8 +1,8 @@
-"""Short runs near a rule or a guard, all else idle: what they show of it needs no sets of states.
+"""Short runs near a rule or a guard, with all else idle: cheap witnesses, without sets of states.
 
-A rule speaks of few requests and posters. So the runs are those of asks of these requests and of observations of these
-posters, one for all values that the conditions of the rule do not tell apart; each is a run of the whole model on the
-reference interpreter. What none of them shows is left open.
+A rule is about few requests and posters. The runs consist of asks of these requests and observations of these posters,
+one for all values that the conditions of the rule do not tell apart; each is a run of the whole model on the reference
+interpreter. What none of them shows is left open.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ from exover.model.state import State
 from exover.model.types import Value
 
 MOST = 60
-"""How many steps are made and decisions compared: enough for a rule that two or three events show to matter."""
+"""The budget of steps and compared decisions: enough for rules that matter after two or three events."""
 Run = tuple[Event, ...]
 
 
@@ -41,7 +41,7 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class _Near:
-    """What is near a rule or guard, and a model's decisions without the rules of that name, if there are any."""
+    """The events near a rule or guard, and the decisions without the rules of that name, if there are any."""
 
     name: str
     asks: tuple[Ask, ...]
@@ -61,7 +61,7 @@ class _LastStep:
 
 @dataclass(frozen=True)
 class _Without(Decisions):
-    """The decisions of a model on some requests as they are without the rules of one name."""
+    """The decisions of a model on some requests without the rules of one name."""
 
     asked: dict[str, tuple[Rule, ...]]
 
@@ -73,7 +73,7 @@ class _Without(Decisions):
 
 @dataclass
 class NearbyRuns:
-    """Looks for short runs; `wanted`: by rule or guard the marks that are asked about."""
+    """Searches short runs; `wanted`: maps a rule or guard to the marks that are asked about."""
 
     loop: ClosedLoop
     reference: Reference
@@ -81,7 +81,7 @@ class NearbyRuns:
     _shown: dict[str, Shown] = field(default_factory=dict)
 
     def shown(self, name: str) -> Shown:
-        """Return what short runs show of the rules, or of the guard, of a name; looked for once."""
+        """Return what short runs show of the rules, or of the guard, of a name; searched once."""
         if name not in self._shown:
             self._shown[name] = self._search(self._near(name))
         return self._shown[name]
@@ -100,7 +100,7 @@ class NearbyRuns:
     # ---- runs ----
 
     def _last_steps(self, near: _Near) -> Iterator[_LastStep]:
-        """Yield the last steps of the shortest runs, then those of all asks one after the other, which reach limits."""
+        """Yield the last steps of runs, breadth first, then those of one run of all asks, which reaches limits."""
         queue: list[tuple[State, Run]] = [(self.reference.start(), ())]
         seen, spent = {self.reference.start().key()}, 0
         for state, before in queue:

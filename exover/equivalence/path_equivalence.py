@@ -1,9 +1,9 @@
-"""The diagrams of the tables beside those of the rules, path by path: do they decide alike in every state?
+"""Equivalence of the tables' diagrams with those of the rules in every state, path by path.
 
-Both are brought under the order of the tables, where diagrams that do the same whatever their entries are become one.
-Where they are not one the tables have been spared tests that no consistent state needs: paths are followed in both, and
-left as soon as what is known of their entries contradicts itself. A path that comes to two different ends is put to who
-knows states exactly. No cell of arguments and no set of states is made for all this.
+Both are built in one manager under the order of the tables, where diagrams of the same function are identical. Where
+they differ, the compiler may have left out tests that no consistent state needs: paths are followed in both, and
+dropped as soon as the known ranges of their elements are contradictory. A path that leads to two different ends is
+checked by an exact decision procedure (`possible`). No argument cells and no sets of states are needed.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -39,15 +39,15 @@ from exover.ocrd.tables import ALWAYS, NONE, Node
 from exover.ocrd.vector import Element, Vocabulary
 
 MOST_PAIRS = 50_000
-"""So many pairs of nodes, with what is known there, are looked at for one diagram."""
+"""The greatest number of pairs of nodes, with known ranges, that are visited for one diagram."""
 MOST_PATHS = 200
-"""So many paths that contradict themselves in a way that bounds do not tell are put to who knows states exactly."""
+"""The greatest number of infeasible paths, not refuted by bounds, for which `possible` is called."""
 TestedPath = tuple[tuple[Element, Range], ...]
-"""The elements that a path tests, and the values between which each lies on it."""
+"""The elements that a path tests, each with its range on the path."""
 
 
 class UndecidedPaths(Exception):
-    """Whether two diagrams do the same is more than can be followed."""
+    """The limits were reached before it was decided whether two diagrams are equivalent."""
 
 
 class SharedAction(NamedTuple):
@@ -60,9 +60,9 @@ class SharedAction(NamedTuple):
 
 @dataclass
 class PathComparison:
-    """Compares the tables of one model with its rules; `possible`: whether some state and arguments are on a path.
+    """Compares the tables of one model with its rules; `possible`: whether some state and arguments satisfy a path.
 
-    Every answer may instead be `UndecidedPaths`.
+    Every method may raise `UndecidedPaths`.
     """
 
     compiled: DecodedTables
@@ -75,7 +75,7 @@ class PathComparison:
 
     @cached_property
     def questions(self) -> DecisionContext:
-        """What decisions need to know of the model."""
+        """The context in which the rules' decisions are built."""
         return DecisionContext(Vocabulary(self.model))
 
     @cached_property
@@ -85,17 +85,17 @@ class PathComparison:
 
     @cached_property
     def knowledge(self) -> BoundPropagation:
-        """What is known of some entries bounds others."""
+        """The bound propagation over the model's elements."""
         return BoundPropagation(self.questions.numbers)
 
     @cached_property
     def entry_of(self) -> dict[int, int]:
-        """By the number of an element the entry that is it."""
+        """Maps the number of an element to its entry."""
         return {element: entry for entry, element in enumerate(self.elements)}
 
     @cached_property
     def elements(self) -> list[int]:
-        """By entry the number of the element that it is."""
+        """The number of each entry's element."""
         numbers, found = self.questions.numbers, []
         for element in self.compiled.entries:
             number, factor = numbers.element({numbers.quantity(quantity): count for count, quantity in element})
@@ -138,7 +138,7 @@ class PathComparison:
 
     @cached_property
     def _miscounted(self) -> tuple[str, ...]:
-        """The entries of which the records say something else than what they are taken for."""
+        """The entries that, by the records, count something else than their elements."""
         try:
             return tuple(self._counting.wrong())
         except (IndexError, ValueError):
@@ -146,7 +146,7 @@ class PathComparison:
 
     @cached_property
     def _open(self) -> tuple[str, ...]:
-        """The entries of which it is not seen what they count."""
+        """The entries of which the records do not plainly say what they count."""
         return tuple(self._miscounted or self._counting.open())
 
     def _counted(self) -> None:
@@ -266,7 +266,7 @@ class Pair:
     # ---- paths ----
 
     def _agree(self, mine: int, its: int, known: KnownRanges, path: KnownRanges) -> bool:
-        """Return whether the two do the same on all paths that go on from here and some state is on."""
+        """Return whether the two do the same on all feasible paths from this pair of nodes on."""
         if mine == its:
             return True
         about = self._tests(mine) | self._tests(its)
@@ -325,7 +325,7 @@ class Pair:
         return self._about[number]
 
     def _ends(self, path: KnownRanges) -> bool:
-        """Return whether some state is on a path that comes to two different ends."""
+        """Return whether a path that leads to two different ends is feasible."""
         self._refuted += 1
         if self._refuted > MOST_PATHS:
             raise UndecidedPaths("too many paths")

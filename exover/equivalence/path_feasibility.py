@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from exover.equivalence.term_equivalence import TermComparison
 
 SECONDS = 5.0
-"""The time for one path."""
+"""The time limit for one path, in seconds."""
 
 
 @dataclass
 class PathFeasibility:
-    """Knows of a path whether some state and arguments are on it; Z3 is imported when the first is asked for."""
+    """Decides whether some state and arguments satisfy a path; Z3 is imported at the first call."""
 
     compiled: DecodedTables
 
@@ -28,7 +28,7 @@ class PathFeasibility:
         return TermComparison(self.compiled, Prover(Clock(), SECONDS))
 
     def __call__(self, path: TestedPath) -> bool:
-        """Return whether each element of a path lies in its range in some state; may be `UndecidedPaths`."""
+        """Return whether in some state all elements of a path lie in their ranges; may raise `UndecidedPaths`."""
         from exover.engines.smt.concretize import SpuriousModel
         from exover.engines.smt.solver import Inconclusive
 

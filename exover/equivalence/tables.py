@@ -1,4 +1,4 @@
-"""Everything that checks ask about tables and rules, computed once and when it is first asked."""
+"""The comparison of tables and rules for the checks; each part is computed when it is first needed."""
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property

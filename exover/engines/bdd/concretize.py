@@ -30,7 +30,7 @@ class RunConcretizer:
         self.held: Set = stepper.space.initial
 
     def step(self, number: int, goal: Set, ends: Ends | None = None) -> bool:
-        """Take a concrete step of event `number` into `goal`, its actions as `ends` says; return whether one is found."""
+        """Take a concrete step of event `number` into `goal`, actions as `ends` says; return whether there is one."""
         for concrete in concretes(self.stepper.loop, self.stepper.loop.events[number], self.state):
             after, actions = self.reference.step(self.state, concrete)
             held = self._held(number, after)

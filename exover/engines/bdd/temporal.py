@@ -81,7 +81,7 @@ class TemporalEngine:
         return None if way is None else follow(self._start().walker, way, self.stepper.space.all)
 
     def is_unfair(self) -> bool:
-        """Return whether no run from the start is fair; False unless `fair`, if every state has a step."""
+        """Return whether the start has no fair run (unless `fair`: no infinite run)."""
         space = self.stepper.space
         return bool(space.initial & self.ctl.fixpoints.fair == space.none)
 

@@ -1,4 +1,4 @@
-"""The closed loop as formulas over Int, Real and Bool, its arguments exact, and Z3 to answer what is asked of it."""
+"""The closed loop as formulas over Int, Real and Bool, with exact arguments, and Z3 to decide claims about it."""
 
 from exover.engines.smt.engine import Smt
 

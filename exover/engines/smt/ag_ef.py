@@ -1,10 +1,10 @@
-"""AG (since -> E [allowed U goal]), by concrete ways to the goal and the states from which each leads there.
+"""AG (since -> E [allowed U goal]), by concrete ways to the goal and their weakest preconditions.
 
-A way is found from one moment, as concrete events; the moments from which the same events lead to the goal are a
-formula, and the next way is looked for from a moment outside of all formulas so far (counterexample-guided, after
-Clarke, Grumberg, Jha, Lu, Veith 2000). If none is left outside, there is a way from everywhere.
+A way is found from one moment, as concrete events. The moments from which the same events lead to the goal are a
+formula (the weakest precondition), and the next way is searched from a moment outside all formulas so far
+(counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). If there is no such moment, the claim is proved.
 
-It is enough to look at moments in which nothing is active, if reports lead from everywhere to one of those
+Only home states, in which nothing is active, need be covered if reports lead to one from every moment
 (`HomeStateProof`).
 """
 
@@ -27,20 +27,20 @@ from exover.loop.formula_classes import Stuck
 from exover.model.property import TRUE, Formula, Next, Until
 
 FARTHEST = 6
-"""So many steps a way may have."""
+"""The greatest number of steps of a way."""
 DEEPEST = 6
-"""So many steps from the start a moment is looked for that has no way."""
+"""The depth from the start up to which a moment without a way is searched."""
 MOST = 80
-"""So many ways are looked for."""
+"""The greatest number of ways that are searched."""
 BY_WAYS = "ways from everywhere"
 BY_HOME_STATES = "reports, then ways"
 
 
 @dataclass
 class AlwaysPossible:
-    """Looks for moments without a way.
+    """Searches a run to a moment without a way, or proves that there is none.
 
-    `endless`: a run may not be able to go on fairly, as it has to, where it has come to a moment or taken a way.
+    `endless`: runs must be fair and infinite, and not every finite run is known to have a fair continuation.
     """
 
     system: System
@@ -48,7 +48,7 @@ class AlwaysPossible:
     clock: Clock
     endless: bool
     _regions: list[Term] = field(default_factory=list)
-    """Where one of the ways that were found leads to the goal."""
+    """The moments from which the found ways lead to the goal, one formula for each."""
     _found: list[Sequence[Taken]] = field(default_factory=list)
     """The ways that were found."""
 
@@ -61,7 +61,7 @@ class AlwaysPossible:
         self.reachability = Reachability(self.system, self.clock)
 
     def search(self) -> ReachingRun | UnreachableMoment:
-        """Return a run to a moment of `since` without a way, or how it is known that there is none.
+        """Return a run to a moment of `since` without a way, or the method of the proof that there is none.
 
         Raises `Inconclusive`.
         """
@@ -76,9 +76,9 @@ class AlwaysPossible:
     # ---- ways ----
 
     def ways(self) -> list[Sequence[Taken]] | None:
-        """Return ways so that from every state of `since`, as far as it can be, one of them leads to the goal.
+        """Return ways such that one of them leads to the goal from each state of `since` that satisfies the lemmas.
 
-        None if there are none that are found. Raises `Inconclusive`.
+        None if they are not found. Raises `Inconclusive`.
         """
         return self._found if self._covered(self.since, self.stuck.way.strict) else None
 
@@ -90,7 +90,7 @@ class AlwaysPossible:
         return self._covered(self.terms.both((home.home, self.terms.negation(self.goal))), strict=True)
 
     def _covered(self, states: Term, strict: bool) -> bool:
-        """Return whether a way was found from each of these states, as far as they can be."""
+        """Search ways until they cover all these states that satisfy the lemmas; return whether they do."""
         prover, names = self.reachability.prover, self.system.vars
         for _ in range(MOST):
             rest = self.terms.both((states, *(self.terms.negation(region) for region in self._regions)))
@@ -111,7 +111,7 @@ class AlwaysPossible:
         return Unrolled(self.system, self.clock, from_start=False)
 
     def _way(self, values: dict[Term, Term], strict: bool) -> list[Taken] | None:
-        """Return the steps of a shortest way from a state; None if it has none that is short."""
+        """Return the steps of a shortest way from a state; None if it has none of at most `FARTHEST` steps."""
         way: Formula = Until(self.stuck.way.allowed, self.stuck.way.goal)
         for depth in range(FARTHEST + 1):
             self._ahead.grow_to(depth)
@@ -123,7 +123,9 @@ class AlwaysPossible:
         return None
 
     def _around(self, values: dict[Term, Term], steps: Sequence[Taken], strict: bool) -> Term:
-        """Return the states from which a way leads to the goal, at once or after observations of the posters."""
+        """Return the states from which a way leads to the goal, immediately or after observations of the posters it
+        depends on; add both variants to the found ways.
+        """
         region = self._region(steps, strict)
         if self.terms.replaced(region, values) is not self.terms.true:
             raise AssertionError("a way does not lead from where it was found")
@@ -138,7 +140,7 @@ class AlwaysPossible:
         return self.terms.either(self._region(way, strict) for way in ways)
 
     def _observed(self, move: Move) -> Term | None:
-        """Return the variable that a move gives a value from outside."""
+        """Return the variable that a move observes; None if the move is no observation."""
         match move.kind.verb:
             case "observe":
                 return self.system.vars.get(move.kind.name)
@@ -148,7 +150,7 @@ class AlwaysPossible:
                 return None
 
     def _region(self, steps: Sequence[Taken], strict: bool) -> Term:
-        """Return where these steps lead to the goal, by allowed ones."""
+        """Return the weakest precondition: the states from which these steps are allowed and lead to the goal."""
         reached = self.goal
         for number, taken in reversed(list(enumerate(steps))):
             before = self._before(taken, reached)
@@ -160,7 +162,7 @@ class AlwaysPossible:
         return reached
 
     def _before(self, taken: Taken, states: Term) -> Term:
-        """Return from where a step is allowed and leads into `states`."""
+        """Return the states from which a step is allowed and leads into `states`."""
         (move,) = (move for move in self.system.moves if move.kind == taken.kind)
         inputs = {each.var: self.terms.literal(taken.values[each.var.name], each.var.sort) for each in move.inputs}
         there = self.terms.both((move.allowed, self.system.before(states, move)))
@@ -169,7 +171,7 @@ class AlwaysPossible:
     # ---- moments without a way ----
 
     def _lost(self) -> ReachingRun | UnreachableMoment:
-        """Return a run to a moment from which it can be shown that there is no way; raises `Inconclusive`."""
+        """Return a run to a moment from which there is provably no way; raises `Inconclusive` if none is found."""
         forward = Unrolled(self.system, self.clock)
         tried = 0
         for depth in range(DEEPEST + 1):
@@ -189,7 +191,7 @@ class AlwaysPossible:
         raise Inconclusive(f"bound reached: no moment of {DEEPEST} steps is without a way, nor is it known for all")
 
     def _confirm(self, values: dict[Term, Term]) -> None:
-        """Raise `Inconclusive` unless no way leads from a state, and a run goes on from there as it has to."""
+        """Raise `Inconclusive` unless a state provably has no way and, if `endless`, has a fair run."""
         if not self._cut_off(values):
             raise Inconclusive("bound reached: a moment was found with no short way, and no proof that it has none")
         if self.endless and not self._goes_on(values):
@@ -202,7 +204,7 @@ class AlwaysPossible:
         return Lassos(Unrolled(onwards, self.clock), fair=True, endless=True).find(TRUE, LASSOS) is not None
 
     def _cut_off(self, values: dict[Term, Term]) -> bool:
-        """Return whether no allowed steps lead from a state to the goal."""
+        """Return whether it is proved that no allowed steps lead from a state to the goal."""
         onwards = self.system.into(self.terms.either((self.allowed, self.goal)))
         strict = self.stuck.way.strict
         if not strict and self.terms.replaced(self.allowed, values) is self.terms.false:

@@ -17,12 +17,12 @@ from exover.model.event import Event
 from exover.model.property import TRUE
 
 MOST = 24
-"""So many values of the inputs are tried for a move."""
+"""The greatest number of input values that are tried for a move."""
 
 
 @dataclass
 class AssumptionCheck:
-    """What the assumptions leave of a system's runs."""
+    """Checks that the assumptions leave every moment of a system a step, and every run a fair continuation."""
 
     system: System
     clock: Clock

@@ -1,8 +1,8 @@
-"""From runs that the solver finds to concrete ones: doubles for its fractions, events, and their replay.
+"""Concretization of runs that the solver finds: doubles for its fractions, events, and their replay.
 
-The solver's reals are all reals, the language's are doubles. A run is a matter of comparisons alone, so fractions may
-be moved as long as their order, and which of them are constants of the system, stay as they are: those between two
-neighbouring constants are replaced by as many doubles between these. If there are not enough, the run is no run.
+The solver's reals are mathematical reals, the language's are doubles. A run depends only on comparisons, so fractions
+may be moved as long as their order among each other and to the constants of the system is kept: those between two
+neighbouring constants are replaced by as many doubles. If there are not enough doubles, the run does not exist.
 """
 
 import math
@@ -28,7 +28,7 @@ ROUNDS = 8
 
 
 class SpuriousModel(Exception):
-    """A real of the solver's run can be replaced by no double."""
+    """A real of the solver's run cannot be replaced by a double."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The engine: what Z3 says of a claim."""
+"""The engine `z3` for claims about runs."""
 
 from contextlib import suppress
 from dataclasses import field, replace
@@ -53,7 +53,7 @@ from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 
 SECONDS = 60.0
-"""The time for one claim, if nobody says how long it may take."""
+"""The default time limit for one claim, in seconds."""
 OPPOSITE: dict[Verdict, Verdict] = {"holds": "violated", "violated": "holds", "unknown": "unknown"}
 
 

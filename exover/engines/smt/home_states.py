@@ -1,7 +1,7 @@
 """Home states: every moment leads, by observations and reports alone, to one in which nothing is active.
 
-The proof stands in docs/architecture.md. The solver is asked whether each of these steps is allowed, and makes nothing
-wait or active that was not, from every state between steps.
+docs/architecture.md has the proof. The solver checks its premises for every state between steps: each of these steps is
+allowed and, but for launches of waiting requests, makes nothing wait or become active.
 """
 
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ from exover.loop.exact.term import Term, variables
 from exover.model.index import ModelIndex
 
 ATTEMPTS = 8
-"""So many readings of the posters are tried to disable the launch rules."""
+"""The number of readings of the posters that are tried to disable the launch rules."""
 
 
 @dataclass
 class HomeStateProof:
-    """The steps that lead to moments in which nothing is active; `allowed` must be true after each."""
+    """Proves that home states can always be reached by steps after each of which `allowed` is true."""
 
     system: System
     prover: Prover
@@ -33,20 +33,20 @@ class HomeStateProof:
 
     @cached_property
     def home(self) -> Term:
-        """The moments in which nothing is active, and the posters read what disables the launch rules."""
+        """The home states: nothing is active, and the posters have readings that disable the launch rules."""
         idle = [self.terms.negation(self.layout.vars[self.layout.slots[key].active]) for key in self._slots()]
         return self.terms.both((*idle, self.disabling))
 
     @cached_property
     def applies(self) -> bool:
-        """Whether such moments can be reached from everywhere."""
+        """Whether it is proved that home states can be reached from every moment."""
         return self.disabling is not self.terms.false and self._can_disable() and all(map(self._leaves, self._slots()))
 
     # ---- launch rules ----
 
     @cached_property
     def _due(self) -> Term:
-        """Where some launch rule would try something."""
+        """The condition that some launch rule is due."""
         steps = self.system.steps
         found = []
         for number, launch in enumerate(steps.actions.tables.launches):
@@ -62,7 +62,7 @@ class HomeStateProof:
 
     @cached_property
     def _readings(self) -> dict[Term, Term] | None:
-        """By poster a reading, so that with all of them no launch rule tries anything; None if none were found."""
+        """Readings of the posters with which no launch rule is ever due; None if none were found."""
         rest = self.terms.negation(self._due)
         for _ in range(ATTEMPTS if self._posters else 1):
             model = self.prover.model((rest,), self.system.steps.lemmas)
@@ -77,15 +77,15 @@ class HomeStateProof:
 
     @cached_property
     def disabling(self) -> Term:
-        """Where no launch rule tries anything, since the posters read so."""
+        """The condition that the posters have these readings; false if none were found."""
         if self._readings is None:
             return self.terms.false
         return self.terms.both(self.terms.equal(var, value) for var, value in self._readings.items())
 
     def _can_disable(self) -> bool:
-        """Return whether the posters can be observed to read so, one after the other.
+        """Return whether observations of these readings, one after the other, are always allowed.
 
-        A move brings no input if the system does not know the poster: then nothing depends on how that reads.
+        A move has no input if its poster is outside the cone of influence: then nothing depends on the reading.
         """
         values = self._readings or {}
         for move in self.system.moves:
@@ -97,30 +97,30 @@ class HomeStateProof:
     # ---- reports ----
 
     def _slots(self) -> list[tuple[str, int]]:
-        """Return the slots that the system knows of."""
+        """Return the slots in the cone of influence of the system."""
         return [key for key, slot in self.layout.slots.items() if slot.active in self.system.vars]
 
     def _reports(self, slot: tuple[str, int]) -> Iterator[tuple[Move, dict[Term, Term]]]:
-        """Yield the reports of a slot, each with results that stand for none."""
+        """Yield the reports of a slot, each with resting values as results."""
         for move in self.system.moves:
             if move.kind.verb == "report" and (move.kind.name, move.kind.slot) == slot:
                 yield move, {each.var: self.layout.resting(each.parameter.type) for each in move.inputs}
 
     def _leaves(self, slot: tuple[str, int]) -> bool:
-        """Return whether the slot can always be reported, so that less is active or waits afterwards."""
+        """Return whether, with `disabling` readings, some report of the slot is always allowed and `_shrinks`."""
         since = self.terms.both((self.layout.vars[self.layout.slots[slot].active], self.disabling))
         return any(
             self.may(move, inputs, since) and self._shrinks(move, inputs, since) for move, inputs in self._reports(slot)
         )
 
     def reported(self, slot: tuple[str, int]) -> bool:
-        """Return whether the slot can be reported whenever it is active."""
+        """Return whether some report of the slot is allowed whenever the slot is active."""
         active = self.layout.vars[self.layout.slots[slot].active]
         return any(self.may(move, inputs, active) for move, inputs in self._reports(slot))
 
     @cached_property
     def fair(self) -> bool:
-        """Whether every run can go on so that reports are fair."""
+        """Whether every run has a continuation with fair reports, since every active slot can be reported."""
         return all(map(self.reported, self._slots()))
 
     def may(self, move: Move, inputs: dict[Term, Term], since: Term) -> bool:
@@ -130,7 +130,9 @@ class HomeStateProof:
         return not self.prover.satisfiable((since, self.system.assumed, bad), self.system.lemmas)
 
     def _shrinks(self, move: Move, inputs: dict[Term, Term], since: Term) -> bool:
-        """Return whether nothing comes to wait, and nothing becomes active but what waited and does so no longer."""
+        """Return whether after the move nothing newly waits, and only requests that have left their places are newly
+        active.
+        """
         bad = []
         for name, place in self.layout.places.items():
             taken, then = self.layout.vars[place.taken], self._then(move, place.taken, inputs)

@@ -1,7 +1,7 @@
-"""Houdini: invariants of the states between steps, on one or two flags.
+"""Houdini: inductive invariants of the states between steps, over one or two flags (Flanagan, Leino 2001).
 
-Candidates say that a flag is never set, that two are never set together, or that one is set only if another is. Random
-runs refute most of them; of the rest those are kept that every step preserves together (Houdini: Flanagan, Leino 2001).
+Candidates say that a flag is never or always set, that two are never set together, or that one implies another. Random
+runs refute most of them; of the others those are kept that every step preserves together.
 """
 
 from collections.abc import Iterator
@@ -21,11 +21,11 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.vector import Vocabulary
 
 RUNS, LENGTH = 12, 40
-"""Random runs, and how many steps each has."""
+"""The number of random runs, and the steps of each."""
 MOST = 120
-"""With more flags than that, pairs of them are not looked at."""
+"""The number of flags up to which pairs of them are candidates."""
 FEW = 4
-"""Up to so many values of a number each is a flag of its own."""
+"""The greatest number of values of an integer for which each value is a flag."""
 
 
 @dataclass
@@ -62,13 +62,13 @@ class Houdini:
         return tuple(kept)
 
     def _broken(self, model: Valuation, term: Term) -> bool:
-        """Return whether a term is false in a model; if the solver has found none, every one may be."""
+        """Return whether a term is false in a model; True if the solver gave up without a model."""
         return model.model is None or not model.value(term)
 
     # ---- candidates ----
 
     def _candidates(self) -> list[Term]:
-        """Return what no random run refutes."""
+        """Return the candidates that no random run refutes."""
         states = self._visited()
         everywhere = (1 << len(states)) - 1
         seen: dict[Term, int] = {}

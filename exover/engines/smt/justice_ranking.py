@@ -1,8 +1,8 @@
-"""No fair run stays for ever where a formula is true: a ranking by the slots that are active.
+"""A ranking that proves that no fair run stays for ever in states in which a formula is true.
 
-While a run stays, some slots can only become idle: no step activates them, and a report of one leaves it idle. If one
-of these is always active as long as the run stays, fair reports end that: each makes their number less (a ranking; the
-rule of Manna and Pnueli 1984 for justice).
+While a run stays, some slots can only become idle: no step activates them, and a report leaves them idle. The rank is
+the number of active ones among them. If it is positive as long as the run stays, each fair report decreases it (the
+rule of Manna and Pnueli 1984 for justice), so the run cannot stay.
 """
 
 from exover.dataclass import dataclass
@@ -23,13 +23,13 @@ class JusticeRanking:
     stays: Term
 
     def excluded(self) -> bool:
-        """Return whether it is known that they cannot."""
+        """Return True only if they cannot."""
         terms = self.system.terms
         active = terms.either(self.system.layout.vars[self.system.layout.slots[key].active] for key in self.only_idle())
         return not self._possible((self.stays, terms.negation(active)))
 
     def only_idle(self) -> list[tuple[str, int]]:
-        """Return the slots that can only become idle as long as the run stays."""
+        """Return the slots that can only become idle while the run stays."""
         return [key for key, slot in self.system.layout.slots.items() if self._only_ends(key, slot.active)]
 
     def _only_ends(self, key: tuple[str, int], active: str) -> bool:

@@ -1,4 +1,4 @@
-"""Moments that no run comes to, by induction and by k-induction (Sheeran, Singh, Stålmarck 2000)."""
+"""Unreachability of moments, by induction and by k-induction (Sheeran, Singh, Stålmarck 2000)."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -11,14 +11,14 @@ from exover.loop.exact.term import Term
 
 
 def ways(system: System, bad: Term) -> Iterator[Term]:
-    """Yield by move where it is allowed and leads into `bad`."""
+    """Yield for each move the condition that it is allowed and leads into `bad`."""
     for move in system.moves:
         yield system.terms.both((move.allowed, system.before(bad, move)))
 
 
 @dataclass
 class KInduction:
-    """Looks for proofs from any moment of which the lemmas, and what else is `known`, are true."""
+    """Inductive proofs, from any moment that satisfies the lemmas of the system and what else is `known`."""
 
     system: System
     clock: Clock
@@ -38,14 +38,19 @@ class KInduction:
         return Unrolled(self.system, self.clock, from_start=False)
 
     def excludes(self, bad: Term) -> bool:
-        """Return whether no move leads into `bad`: from anywhere, or from elsewhere if runs do not begin there."""
+        """Return whether no move leads into `bad` from a moment that satisfies the lemmas and, if `bad` is false at the
+        start, is not `bad` itself.
+        """
         good = self.terms.negation(bad)
         outside = self.terms.replaced(bad, self.system.initial) is self.terms.false
         since = good if outside else self.terms.true
         return not any(self.prover.satisfiable((since, way), self.lemmas) for way in ways(self.system, bad))
 
     def k_excludes(self, bad: Term, width: int) -> bool:
-        """Return whether no `width` moments without `bad` are followed by one with it; runs have no shorter way."""
+        """Return whether no `width` moments without `bad` are followed by one with it (the step of k-induction).
+
+        The base case, that no shorter run from the start leads to `bad`, is up to the caller.
+        """
         unrolled = self._unrolled
         unrolled.grow_to(width)
         before = [unrolled.at(moment, self.terms.negation(bad)) for moment in range(width)]

@@ -1,6 +1,6 @@
-"""Runs of which a formula of LTL is true: those that repeat a part of themselves, and those that show it before.
+"""Bounded search for runs of which a formula of LTL is true: lassos, and finite runs that show it already.
 
-The repeated part of a run may begin at each of its moments: each is asked by itself.
+The loop of a lasso may begin at each of its moments; each beginning is a query of its own.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from exover.loop.exact.events import Kind
 from exover.model.property import Formula
 
 LASSOS = range(1, 15)
-"""Lengths of the runs that are looked for where a run has to go on for ever."""
+"""The lengths of the lassos that are searched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Lassos:
     unrolled: Unrolled
     fair: bool
     endless: bool
-    """A run that ends where the formula is shown does not do: what comes after must be shown as well."""
+    """Whether a finite run that shows the formula is not enough: its infinite continuation must be shown as well."""
 
     def find(self, formula: Formula, depths: Iterable[int]) -> FoundRun | None:
         """Return a run of one of these lengths of which the formula is true; raises `Inconclusive`."""
@@ -85,7 +85,7 @@ class Lassos:
         return None
 
     def _fairness(self, back: int, depth: int) -> list[Any]:
-        """Return that between the two moments every slot is idle somewhere, or reported."""
+        """Return the conditions that between the two moments every slot is idle or reported at least once."""
         import z3
 
         if not self.fair:

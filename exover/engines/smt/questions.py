@@ -1,4 +1,4 @@
-"""What is asked of a claim so that a solver's answers decide it, each question by itself."""
+"""The decomposition of a claim into questions that a solver answers separately."""
 
 from typing import Literal, assert_never
 
@@ -22,7 +22,7 @@ from exover.model.property import TRUE, Formula, Negation
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """A moment that some run comes to (`wanted`), or none, after `least` steps or more; -1: that is the start."""
+    """Some run (`wanted`), or none, reaches a moment with the formula after `least` steps or more; -1: at the start."""
 
     formula: Formula
     least: int
@@ -31,7 +31,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class StuckQuestion:
-    """A moment from which there is no way: some run comes to one (`wanted`), or none."""
+    """Some run (`wanted`), or none, reaches a moment from which there is no way."""
 
     stuck: Stuck
     wanted: bool
@@ -39,9 +39,10 @@ class StuckQuestion:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A formula of LTL that is true of some run (`wanted`), of fair ones if `fair`, or of none.
+    """A formula of LTL is true of some run (`wanted`) or of none; if `fair`, of fair runs.
 
-    `exact`: if it is true of none, that is the answer too. `lingering`: where such a run would come to stay.
+    `exact`: that it is true of no run decides the claim, too. `lingering`: the formula as F (since and G stays), if it
+    is of that form.
     """
 
     formula: Formula
@@ -56,7 +57,7 @@ Asked = Goal | StuckQuestion | Course
 
 @dataclass(frozen=True, slots=True)
 class ClaimQuestions:
-    """What a claim holds by: `every` part, or one of them, is as it is wanted."""
+    """The claim holds iff `every` part, or else at least one part, is as `wanted`."""
 
     parts: tuple[Asked, ...]
     every: bool = True
@@ -74,7 +75,7 @@ def questions(claim: Claim) -> ClaimQuestions | str:
 
 
 def _asked(question: QuestionClass, wanted: bool, fair: bool) -> ClaimQuestions | None:
-    """Return by what it holds that a question is answered with yes, or if not `wanted` with no."""
+    """Return the questions that decide whether a formula of this class is true or, if not `wanted`, false."""
     match question:
         case AtStart(formula):
             return ClaimQuestions((Goal(formula, -1, wanted),))
@@ -103,7 +104,7 @@ def _joined(parts: tuple[QuestionClass, ...], every: bool, wanted: bool, fair: b
 
 
 def _goal(way: ExistsUntil, wanted: bool) -> Goal | None:
-    """Return the moment that a run comes to, if that is all that is asked of it."""
+    """Return E [true U goal] as a reachability question; None if the way restricts the steps before the goal."""
     return Goal(way.goal, int(way.strict), wanted) if way.allowed == TRUE else None
 
 
@@ -115,9 +116,9 @@ Answer = Literal["sat", "unsat"]
 
 
 def meaning(asked: Asked, answer: Answer, which: str, alone: bool, every: bool) -> str:
-    """Return what it says of a claim that there is (`sat`), or is not, what one of its questions asks for.
+    """Return, in words, what the answer to one question says of the claim.
 
-    `which`: the part of the claim, if the question is not `alone`.
+    `which`: the name of the part of the claim, if the question is not `alone`.
     """
     good = (answer == "sat") == asked.wanted
     if alone or good != every:

@@ -1,6 +1,6 @@
-"""Can a moment be reached? Shown by bounded model checking (Biere, Cimatti, Clarke, Zhu 1999), or refuted.
+"""Reachability of a moment: shown by bounded model checking (Biere, Cimatti, Clarke, Zhu 1999), or refuted.
 
-It is refuted by induction, k-induction or Spacer, whichever comes first.
+It is refuted by induction, k-induction or Spacer, whichever succeeds first.
 """
 
 from functools import cached_property
@@ -15,11 +15,11 @@ from exover.loop.exact.term import Term
 
 INDUCTION = "induction"
 FIRST = 6
-"""So many steps a run is looked for before anything costly is tried."""
+"""The length of runs up to which they are searched before anything costly is tried."""
 WIDEST = 3
-"""So many steps k-induction looks back."""
+"""The greatest k of k-induction."""
 LONGEST = 40
-"""So many steps a run is looked for at last."""
+"""The greatest length of runs that are searched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class ReachingRun:
 
 @dataclass(frozen=True, slots=True)
 class UnreachableMoment:
-    """No run comes to such a moment, and how that was shown."""
+    """The proof method by which no run comes to such a moment."""
 
     method: str
 
@@ -43,7 +43,7 @@ class Reachability:
     system: System
     clock: Clock
     known: tuple[Term, ...] = ()
-    """What was found to be true of every moment, beside the lemmas."""
+    """Invariants of all moments that were found besides the lemmas."""
 
     def __post_init__(self) -> None:
         self.terms = self.system.terms
@@ -59,7 +59,7 @@ class Reachability:
         return Unrolled(self.system, self.clock)
 
     def reach(self, bad: Term, least: int = 0) -> ReachingRun | UnreachableMoment:
-        """Return a run of `least` steps or more into a moment in which `bad` is true, or how it is known that none is.
+        """Return a run of `least` steps or more to a moment in which `bad` is true, or the proof that there is none.
 
         Raises `Inconclusive`.
         """

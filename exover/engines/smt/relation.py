@@ -21,9 +21,9 @@ class Move:
 
 @dataclass(frozen=True)
 class Relation:
-    """Moves as one relation between two moments: a choice of a move, and what it makes of the variables of the first.
+    """Moves as one transition relation between two moments: a choice of a move, and its effect on the variables.
 
-    It is terms alone, made once for all runs of a system that are looked for.
+    It consists of terms and is made once for all unrollings of a system.
     """
 
     terms: Terms
@@ -43,7 +43,7 @@ class Relation:
 
     @cached_property
     def after(self) -> dict[str, Term]:
-        """By variable what it is after the chosen move."""
+        """Maps a variable to its value after the chosen move."""
         terms, found = self.terms, {}
         chosen = [self.chosen(number) for number in range(len(self.moves))]
         for name, var in self.vars.items():
@@ -60,12 +60,12 @@ class Relation:
 
     @cached_property
     def next(self) -> dict[str, Term]:
-        """By variable the one that stands for it in the second moment."""
+        """Maps a variable to its copy in the second moment."""
         return {name: self.terms.var(f"{name}'", var.sort) for name, var in self.vars.items()}
 
     @cached_property
     def step(self) -> Term:
-        """Where the chosen move is one, and allowed, and the second moment is what it makes of the first."""
+        """The relation: the choice is a move, it is allowed, and the second moment is its effect on the first."""
         terms = self.terms
         allowed = terms.either(
             terms.both((self.chosen(number), move.allowed)) for number, move in enumerate(self.moves)

@@ -17,11 +17,11 @@ from exover.loop.formula_classes import Lingering, conjuncts
 from exover.model.property import Formula, momentary, parts_of
 
 DEPTH = 4
-"""So many steps the runs have that are to come somewhere."""
+"""The length of the runs of reachability questions, in steps."""
 LASSO = 6
-"""So many steps the runs have that repeat themselves."""
+"""The length of the lassos, in steps."""
 SECONDS, TOGETHER = 20.0, 120.0
-"""The time for looking for ways that lead on from everywhere, of a question at most, and of all questions together."""
+"""The limits of the search for covering ways, in seconds: for one question, and for all together."""
 Define = Callable[[str, Formula], Iterator[str]]
 """Writes the definition of a predicate on states."""
 
@@ -42,7 +42,7 @@ def inputs_of(system: System) -> tuple[Term, ...]:
 
 
 def share(found: Iterable[ClaimQuestions | str]) -> float:
-    """Return the seconds for looking for ways that each question about them has, those of all claims being these."""
+    """Return the seconds for the search of ways for each question about them, given the questions of all claims."""
     parts = [part for each in found if not isinstance(each, str) for part in each.parts]
     return min(SECONDS, TOGETHER / max(1, sum(isinstance(part, StuckQuestion) for part in parts)))
 

@@ -1,4 +1,4 @@
-"""Z3 at work on terms, within the time that there is."""
+"""Z3 on terms, within a time limit."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
@@ -11,13 +11,13 @@ from exover.loop.exact.term import Number, Term, folded
 
 
 class Inconclusive(Exception):
-    """The solver, or the time, ended before there was an answer; the message says which."""
+    """There is no answer: the solver gave up, or a limit was reached; the message says which."""
 
 
 def forget() -> None:
-    """Let the solver forget all expressions that it knows; those made before must not be used any more.
+    """Drop Z3's context with all expressions; those made before must not be used any more.
 
-    What it finds depends on how they are numbered, so on all that it was asked before.
+    Z3's results depend on how expressions are numbered, and so on all that it was asked before.
     """
     import z3
 
@@ -25,7 +25,7 @@ def forget() -> None:
 
 
 def new_solver() -> Any:
-    """Return a solver of Z3 that leaves Ctrl-C to Python: Z3 would end its search and keep to itself why."""
+    """Return a solver of Z3 that leaves Ctrl-C to Python: Z3 would end its search without saying why."""
     import z3
 
     solver = z3.Solver()
@@ -112,7 +112,7 @@ class Prover:
     _translation: Translation = field(default_factory=Translation)
 
     def begin_anew(self) -> None:
-        """Drop all expressions, for the solver is told to `forget` them: it is told everything again when asked."""
+        """Drop all expressions, before a call of `forget`; the solver is built again when it is next needed."""
         self._solver, self._translation = None, Translation()
 
     def satisfiable(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> bool:

@@ -1,11 +1,10 @@
-"""Whole steps: for every event what the state is after it, as terms over the state before it and the event's values.
+"""Whole steps: the state after every event as terms over the state before it and the event's values.
 
-A step is an update and then passes of steps 3 to 5 until nothing changes. Which components of a pass (a rule, a
-required launch, the settling of a request) have to be run, and how often, is asked of Z3 while the terms are made: one
-is due if a variable that it reads may have changed since it last ran, or, of those that are not known to be stable
-between steps, at once; and it is left out only where Z3 shows that it would change nothing, whatever state between
-steps the step began in. The terms end when no component is due. So they are the step itself, neither cut off nor
-approximated.
+A step is an update and then passes of steps 3 to 5 until nothing changes. While the terms are made, Z3 decides which
+components of a pass (a rule, a required launch, the settling of a request) have to run, and how often. A component is
+due if a variable that it reads may have changed since it last ran or, if it is spontaneous, at the beginning. It is
+left out only if Z3 proves that it would change nothing, whatever the state between steps in which the step began. The
+terms end when no component is due, so they describe the step exactly, without a bound or an approximation.
 """
 
 from collections.abc import Callable
@@ -60,11 +59,11 @@ class SymbolicSteps:
     actions: TableActions
     prover: Prover
     unstable: dict[str, Term] = field(default_factory=dict)
-    """By component where it would still do something: no state between steps is like that."""
+    """Maps a component to the condition that it is unstable, which is false in every state between steps."""
     invariants: tuple[Term, ...] = ()
-    """What else was found to be true of every state between steps."""
+    """Further invariants of the states between steps, found by Houdini."""
     looked: bool = False
-    """Such invariants were looked for."""
+    """Whether such invariants have been searched."""
     _made: dict[Kind, SymbolicStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -1,7 +1,7 @@
-"""What a claim is about: the moments of runs, as far as its formula and the assumptions can tell them apart.
+"""The transition system of a claim: the closed loop, reduced to the cone of influence of its formula.
 
-To the variables of the state come *observers*, one for each predicate on the last step. Variables on which nothing
-depends that is asked are left out, and so are moves that change none of the others: they would do nothing here.
+Besides the variables of the state it has *observers*, one for each predicate on the last step. Variables on which
+neither the formula nor the assumptions depend are left out, and so are moves that change none of the others.
 """
 
 from collections.abc import Iterable, Mapping
@@ -31,9 +31,9 @@ from exover.model.property import (
 
 @dataclass
 class System:
-    """The moments that a claim can tell apart, where runs begin, and the moves between them.
+    """Moments (values of the kept variables), the initial one, and the moves between them.
 
-    `everywhere`: all variables and moves are kept, for formulas that count steps; `fair`: all slots are.
+    `everywhere`: keep all variables and moves, for formulas that count steps; `fair`: keep all slots.
     """
 
     steps: SymbolicSteps
@@ -75,15 +75,15 @@ class System:
 
     @cached_property
     def assumed(self) -> Term:
-        """What the assumptions say of every moment: nothing, if they are not true of the start."""
+        """A condition on every moment: the assumptions, or true if they are not true at the start."""
         holds = self.terms.replaced(self.assumption, self.initial) is self.terms.true
         return self.assumption if holds else self.terms.true
 
     @cached_property
     def lemmas(self) -> tuple[Term, ...]:
-        """What is true of the states between steps, as far as it says something of the variables that are kept.
+        """Invariants of the states between steps that mention kept variables.
 
-        Other variables that it speaks of are free: for some value of these it is true.
+        Other variables in them are free, that is, existentially quantified.
         """
         kept = set(self.vars.values())
         near = tuple(lemma for lemma in self.steps.lemmas if variables([lemma]) & kept)
@@ -92,7 +92,7 @@ class System:
 
     @cached_property
     def constants(self) -> list[Fraction]:
-        """The reals that something is compared with, or set to, increasing; all are doubles."""
+        """The real constants in the formulas, initial values, domains and moves, increasing; all are doubles."""
         terms = [*self._asked, *self.initial.values(), *self.layout.domains.values()]
         for move in self.moves:
             terms += [move.allowed, *move.after.values()]
@@ -106,17 +106,17 @@ class System:
         return [(low, high) for low, high in pairs if nextafter(float(low), inf) == float(high)]
 
     def _between(self, var: Term) -> Term:
-        """Return that a real is in no gap."""
+        """Return the condition that a real is in no gap."""
         of, terms = self.terms.constant, self.terms
         return terms.both(
             terms.either((terms.at_most(var, of(low, "Real")), terms.at_most(of(high, "Real"), var)))
             for low, high in self._gaps
         )
 
-    # ---- what is kept ----
+    # ---- cone of influence ----
 
     def _observed(self, step: SymbolicStep) -> dict[str, Term]:
-        """Return what the predicates on the last step are after a step."""
+        """Return the values of the observers after a step."""
         found = {}
         for name, atom in zip(self.observers, self.asked, strict=True):
             if isinstance(atom, Passed):
@@ -174,7 +174,7 @@ class System:
         return tuple(found.values())
 
     def _careful(self, move: Move) -> Move:
-        """Return the move without values that are no doubles."""
+        """Return the move with the condition that no real input is in a gap between doubles."""
         reals = [self._between(each.var) for each in move.inputs if each.var.sort == "Real"]
         return replace(move, allowed=self.terms.both((move.allowed, *reals)))
 
@@ -194,5 +194,5 @@ class System:
         return Relation(self.terms, self.vars, self.moves)
 
     def before(self, term: Term, move: Move, memory: dict[Term, Term] | None = None) -> Term:
-        """Return where a term is true after the move, as a term over the moment before and the event's values."""
+        """Return the weakest precondition of a term under the move, over the moment before and the event's values."""
         return self.terms.replaced(term, {self.vars[name]: value for name, value in move.after.items()}, memory)

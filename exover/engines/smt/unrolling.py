@@ -1,4 +1,4 @@
-"""Runs of so many steps: the moves of a system unrolled, moment by moment (Biere, Cimatti, Clarke, Zhu 1999)."""
+"""Unrolling of a system's transition relation, moment by moment (Biere, Cimatti, Clarke, Zhu 1999)."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import field
@@ -48,7 +48,7 @@ class Unrolled:
         return self._at[moment](term)
 
     def add(self, moment: int, *terms: Term) -> None:
-        """Demand that terms are true at a moment."""
+        """Assert that terms are true at a moment."""
         self.solver.add([self.at(moment, term) for term in terms])
 
     def grow(self) -> None:

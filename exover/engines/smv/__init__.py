@@ -1,4 +1,4 @@
-"""The closed loop as SMV text, for NuSMV and nuXmv, and what they say of it."""
+"""The closed loop as SMV text for NuSMV and nuXmv, and the evaluation of their answers."""
 
 from exover.engines.smv.program import find
 

@@ -1,4 +1,4 @@
-"""NuSMV, or nuXmv, as an engine: what it says of claims, with the runs that it shows."""
+"""NuSMV or nuXmv as an engine: its opinions of claims, and the runs that it shows."""
 
 import re
 from collections.abc import Collection, Sequence
@@ -21,9 +21,9 @@ from exover.ocrd.trace_replay import TraceReplay
 
 METHOD = "NuSMV"
 ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
-"""What is printed of a specification: itself, a `case` in lines of its own, and whether it is true."""
+"""The line that the program prints for a specification: its text (a `case` spans lines) and its truth value."""
 SHOWING = 20.0
-"""The seconds that the program has to show runs, once it is known that there are some."""
+"""The seconds that the program may take to show runs, once it is known which specifications are false."""
 SILENT = "NuSMV says nothing of it, so that it may be some other program"
 CONTRADICTION = f"{CONTRADICTORY}, so it is about nothing"
 
@@ -114,7 +114,7 @@ class NuSmv:
     # ---- assumptions ----
 
     def _coherent(self, fair: bool) -> Opinion | None:
-        """Return None iff the assumptions leave a step everywhere and, if `fair`, a fair run; else what is known."""
+        """Return None iff the assumptions leave each state a step and, if `fair`, a fair run; else the opinion."""
         if not self.properties.assumptions:
             return None
         if fair and self._coherent(False) is not None:

@@ -1,4 +1,4 @@
-"""Expressions of SMV: what is true of symbols with finitely many values, simplified as they are made."""
+"""Boolean expressions of SMV over symbols with finitely many values, simplified as they are made."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import field
@@ -8,7 +8,7 @@ from typing import assert_never
 from exover.dataclass import dataclass
 
 Cases = tuple[tuple["Expr", int], ...]
-"""A number for each of some disjoint conditions, 0 elsewhere."""
+"""A number for each of several disjoint conditions, 0 elsewhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +179,7 @@ def _joined(parts: Iterable[Expr], kind: type[All] | type[Any]) -> Expr:
 
 
 def total(parts: Iterable[Cases]) -> dict[int, Expr]:
-    """Return for each value of a sum when it has it."""
+    """Return for each value of a sum the condition that the sum has it."""
     constant, kept = _without_constants(parts)
     if not kept:
         return {constant: TRUE}
@@ -194,7 +194,7 @@ def total(parts: Iterable[Cases]) -> dict[int, Expr]:
 
 
 def at_most(parts: Sequence[Cases], bound: int) -> Expr:
-    """Return when a sum is at most that, without an expression for each of its values."""
+    """Return the condition that a sum is at most `bound`, without an expression for each of its values."""
     constant, kept = _without_constants(parts)
     if len(kept) > 1:
         sum_ = _sum_of(kept)

@@ -1,4 +1,4 @@
-"""The program NuSMV or nuXmv: where it is, and how it is asked."""
+"""The program NuSMV or nuXmv: to find it, and to run it."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ NAMES = ("NuSMV", "nuXmv", "nusmv", "nuxmv")
 LINKED = "libreadline.so.6"
 """What the program in the wheel was linked with; what is installed today does as well."""
 IDLE_WORDS = ("***", "aborting", "WARNING")
-"""How lines begin that say nothing of why the program ended."""
+"""Beginnings of lines on standard error that do not say why the program ended."""
 UNLOADED = "error while loading shared libraries"
 CHECKS = {"INVARSPEC": "check_invar", "CTLSPEC": "check_ctlspec", "LTLSPEC": "check_ltlspec"}
 HEAD = """set on_failure_script_quits
@@ -37,7 +37,7 @@ build_flat_model
 
 @dataclass(frozen=True, slots=True)
 class ProgramAnswers:
-    """What the program printed of each specification, by name, as far as it came; and why it came no further."""
+    """The output for each specification, by name, as far as the program came, and why it came no further."""
 
     of: Mapping[str, str]
     stopped: str = ""

@@ -35,14 +35,14 @@ WriteMomentary = Callable[[Formula], str]
 
 @dataclass(frozen=True, slots=True)
 class Specification:
-    """A named specification: its kind, INVARSPEC, CTLSPEC or LTLSPEC, its text, and the claim that it is."""
+    """A named specification: its kind (INVARSPEC, CTLSPEC or LTLSPEC), its text, and the claim that it states."""
 
     name: str
     kind: str
     body: str
     claim: Claim | None = None
     opposite: bool = False
-    """Whether it is true iff what its name says is not."""
+    """Whether it states the negation of what its name says."""
 
 
 def invariant(formula: Formula) -> tuple[Formula, bool] | None:
@@ -57,9 +57,10 @@ def invariant(formula: Formula) -> tuple[Formula, bool] | None:
 
 
 def is_of(claim: Claim, properties: Properties, fair: bool) -> bool:
-    """Return whether a claim is made in the text of fair runs, iff `fair`, or in the other.
+    """Return whether a claim belongs to the text of fair runs (`fair`), or to the other one.
 
-    Where nothing is assumed every run can go on fairly, so fairness does not matter for what is said of finite runs.
+    Without assumptions every finite run has a fair continuation, so fairness matters only for claims about infinite
+    runs.
     """
     endless = claim.linear or (claim.formula is not None and _is_about_endless_runs(claim.formula))
     return (claim.fair and (bool(properties.assumptions) or endless)) == fair
@@ -71,9 +72,9 @@ def _is_about_endless_runs(formula: Formula) -> bool:
 
 @dataclass(frozen=True)
 class Writer:
-    """Writes formulas of CTL and LTL as SMV has them, in parentheses where they need them.
+    """Writes formulas of CTL and LTL in the syntax of SMV, with parentheses where needed.
 
-    `moment` writes what is about one moment. `live`: what runs have to stay in, if the text lets them leave it.
+    `moment` writes formulas of one moment. `live`: the condition of moments on allowed runs, empty if all are.
     """
 
     moment: WriteMomentary

@@ -1,4 +1,4 @@
-"""What NuSMV and nuXmv show, read as runs of the loop and followed on the reference interpreter."""
+"""Runs that NuSMV and nuXmv print, read as runs of the loop and followed on the reference interpreter."""
 
 from itertools import pairwise
 from xml.etree import ElementTree
@@ -11,25 +11,25 @@ from exover.model.semantics import Reference
 from exover.model.trace import Trace, run
 
 LONGEST = 1000
-"""How often what is repeated is gone through, until the very same concrete state comes again."""
+"""The greatest number of times that the loop of a lasso is followed until a concrete state recurs."""
 
 
 class InvalidTrace(Exception):
-    """What was shown is no run of the loop."""
+    """The printed run is no run of the reference interpreter."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShownRun:
-    """A run as it was shown: by step the event and what is known of the state after it; where its loop begins."""
+    """A printed run: for each step the event and the known values of the state after it; where its loop begins."""
 
     steps: tuple[tuple[int, dict[int, int]], ...]
     loop_start: int | None
 
 
 def shown(names: SmvNames, printed: str) -> ShownRun | None:
-    """Return the run in what the program printed; None if there is none, or none with events.
+    """Return the run in the output of the program; None if there is none, or none with events.
 
-    Steps after which the assumptions are given up are left out.
+    Steps from the first one on that the assumptions forbid are left out.
     """
     start, end = printed.find("<counter-example"), printed.find("</counter-example>")
     if start < 0 or end < 0:
@@ -61,7 +61,7 @@ def _values(node: ElementTree.Element, kind: str) -> dict[str, str]:
 
 
 def concrete(names: SmvNames, reference: Reference, what: ShownRun) -> Trace:
-    """Return the run of the reference interpreter that goes as shown; raises `InvalidTrace` if there is none."""
+    """Return a run of the reference interpreter that follows the printed one; raises `InvalidTrace` if none does."""
     follower = _Follower(names, reference)
     for step in what.steps:
         follower.follow(step)
@@ -87,7 +87,7 @@ class _Follower:
         self.keys = [self._state.key()]
 
     def follow(self, step: tuple[int, dict[int, int]]) -> None:
-        """Take a step by a concrete event to a state that is as shown."""
+        """Take a concrete step to a state with the printed values; raises `InvalidTrace` if there is none."""
         number, wanted = step
         for event in concretes(self._loop, self._loop.events[number], self._state):
             after, actions = self._reference.step(self._state, event)
