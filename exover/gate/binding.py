@@ -1,4 +1,4 @@
-"""A binding: which outer calls, fields and statuses are which requests, values and outcomes (docs/binding.md)."""
+"""A binding: it maps outer calls, fields and statuses to requests, values and outcomes (docs/binding.md)."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -15,12 +15,12 @@ KINDS: tuple[BindingKind, ...] = ("tool", "action", "service")
 StatusMeaning = Literal["running", "ok", "interrupted", "failed"]
 MEANINGS: tuple[StatusMeaning, ...] = ("running", "ok", "interrupted", "failed")
 MAX_LINE = 4 << 20
-"""Bytes of the longest message, if the file says nothing."""
+"""The default of `max-line`: bytes of the longest message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Defaults:
-    """What `[gate]` says."""
+    """The keys of `[gate]` that hold for the whole binding."""
 
     spec: str
     unbound: Literal["deny", "pass"] = "deny"
@@ -33,7 +33,7 @@ class Defaults:
 
 @dataclass(frozen=True, slots=True)
 class CancelTool:
-    """What is called to stop a request; `ends` iff the response to that says that it has stopped."""
+    """The tool call that stops a request; `ends` iff its response says that the request has stopped."""
 
     tool: str
     arguments: Mapping[str, Any] = field(default_factory=dict)
@@ -42,9 +42,9 @@ class CancelTool:
 
 @dataclass(frozen=True, slots=True)
 class ReportBinding:
-    """How an end is reported: where the status is, what each means, where the results are.
+    """How the end of a request is reported: where the status is, what each status means, where the results are.
 
-    Without a `watch` the response reports; without a `status` a success is ok and an error failed.
+    Without a `watch` the response reports the end. Without a `status`, success of the protocol is ok, an error failed.
     """
 
     watch: str | None = None
@@ -54,22 +54,22 @@ class ReportBinding:
     results: tuple[ValueField, ...] = ()
 
     def meaning(self, status: Any) -> StatusMeaning | None:
-        """Return what a status means, None if the binding does not know it."""
+        """Return what a status means; None if the binding does not list it."""
         return self.meanings.get(key_of(status))
 
     def failure(self, status: Any) -> str | None:
-        """Return which of the `fails` of its request a status is, None if it is none."""
+        """Return the name in `fails` of the request that a status stands for; None if there is none."""
         return self.fails.get(key_of(status))
 
 
 def key_of(status: Any) -> tuple[bool, Any]:
-    """Return by what a status is looked up: true and 1 are two of them, and an object or a list is none."""
+    """Return the key by which a status is looked up: true and 1 have different keys; objects and lists share one."""
     return isinstance(status, bool), status if isinstance(status, str | int | float) else None
 
 
 @dataclass(frozen=True, slots=True)
 class RequestBinding:
-    """What is outside of the gate and what is below it for one request; times in seconds."""
+    """The outer and the inner interface that one request is bound to; times in seconds."""
 
     request: str
     kind: BindingKind
@@ -87,11 +87,11 @@ class RequestBinding:
     starts_idle: bool = False
     report: ReportBinding = ReportBinding()
     refused: tuple[tuple[FieldPath, Any], ...] = ()
-    """What the response of a service to a refused call has, at paths; `{reason}` in a text is rule and reason."""
+    """Values, by path, of a service's response to a refused call; `{reason}` in a text stands for rule and reason."""
 
     @property
     def clash(self) -> tuple[FieldPath, FieldPath] | None:
-        """Two paths of a call that the gate makes itself of which one is in the way of the other, if there are such."""
+        """Two paths of a call that the gate makes itself, one equal to or within the other; None if there are none."""
         fixed = [path for path, _ in dict.fromkeys((*self.when, *self.constants))]
         for first, second in combinations([*(each.path for each in self.arguments), *fixed], 2):
             shared = min(len(first), len(second))
@@ -106,7 +106,7 @@ class RequestBinding:
 
 @dataclass(frozen=True, slots=True)
 class Watch:
-    """What is read again and again, and after how many seconds; `source` is a tool, a notification or a topic."""
+    """A source of readings; `source` names a tool, called again `every` seconds, a notification or a topic."""
 
     name: str
     kind: Literal["tool", "notification", "topic"]
@@ -138,30 +138,30 @@ class Binding:
 
     @property
     def longest_stop(self) -> float:
-        """The seconds within which everything that is told to stop should report."""
+        """The longest `stop` of all requests, in seconds; 0 without requests."""
         return max((bound.stop for bound in self.requests), default=0.0)
 
     @cached_property
     def below(self) -> frozenset[str]:
-        """The tools that carry out or stop a request and are bound to none: for the gate alone."""
+        """Inner tools that carry out or stop a request and are no outer name: only the gate may call them."""
         tools = [bound for bound in self.requests if bound.kind == "tool"]
         called = {bound.inner for bound in tools} | {bound.cancel.tool for bound in tools if bound.cancel}
         return frozenset(called - {bound.outer for bound in tools})
 
     def of(self, request: str) -> RequestBinding | None:
-        """Return how a request is bound, None if it is not."""
+        """Return the binding of a request; None if it is not bound."""
         return next((bound for bound in self.requests if bound.request == request), None)
 
     def called(self, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:
-        """Return what an outer name may mean."""
+        """Return the bindings of an outer name of this kind, in the order of the file; `when` tells them apart."""
         return tuple(bound for bound in self.requests if bound.kind == kind and bound.outer == outer)
 
     def passes(self, outer: str) -> bool:
-        """Return whether what has this outer name, and is bound to no request, goes through unseen."""
+        """Return whether calls of this outer name, which is bound to no request, are passed on without a decision."""
         if outer in self.below:
             return False
         return self.gate.unbound == "pass" or any(fnmatchcase(outer, pattern) for pattern in self.gate.passed)
 
     def watched_by(self, watch: str) -> tuple[RequestBinding, ...]:
-        """Return the requests whose end a watch tells."""
+        """Return the bindings of the requests whose end this watch reports."""
         return tuple(bound for bound in self.requests if bound.report.watch == watch)

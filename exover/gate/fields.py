@@ -1,4 +1,4 @@
-"""Values between outer objects and the requests of a spec: where they are, and how they are scaled."""
+"""Fields: where an outer object holds the values of a spec, and how these are scaled (docs/binding.md)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,34 +9,34 @@ from exover.dataclass import dataclass
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
 
 FieldPath = tuple[str, ...]
-"""Keys, and numbers of elements as text, from the top of an object."""
+"""Keys, and indices of elements as text, from the top of an object."""
 
 CLOSE = 1e-9
-"""How far a scaled number may be from a whole one, relative to its size, to be an int."""
+"""How far a scaled number may be from a whole number, relative to its size, to be read as an int."""
 
 
 class Located:
-    """An object that finds itself what is at a path of it, sooner than by its keys."""
+    """An object with its own look-up of paths, which is faster than going key by key."""
 
     def at(self, path: "FieldPath") -> Any:
-        """Return what is at a path, or `MISSING`."""
+        """Return the value at a path, or `MISSING`."""
         raise NotImplementedError
 
 
 class Missing:
-    """What is found where nothing is."""
+    """The type of `MISSING`, which stands for a value that is not there."""
 
 
 MISSING = Missing()
 
 
 class UnreadableField(Exception):
-    """A field is not there, or is of another type; the text says which."""
+    """A field is missing or has another type; the text says which field."""
 
 
 @dataclass(frozen=True, slots=True)
 class ValueField:
-    """Where a parameter, result or poster is: inner = scale × outer + offset; `values` lead from outer to inner."""
+    """Where a parameter, result or poster is read: inner = scale × outer + offset; `values`: from outer to inner."""
 
     name: str
     type: Type
@@ -47,9 +47,9 @@ class ValueField:
     default: Any = MISSING
 
     def read(self, outer: Any) -> Any:
-        """Return the inner value as it is written in an event; raises `UnreadableField`.
+        """Return the inner value, as an event holds it; raises `UnreadableField`.
 
-        It need not be in the range of its type: that is for whoever reads the event to say.
+        It need not have the type of the field, nor be in its range: the reader of the event checks that.
         """
         found = select(outer, self.path)
         if isinstance(found, Missing):
@@ -93,7 +93,7 @@ class ValueField:
 
 
 def is_value(kind: Type, inner: Any) -> bool:
-    """Return whether what a field reads is a value of a type, as whoever reads the event has it."""
+    """Return whether a value that a field has read is one of this type, as the reader of events decides it."""
     if isinstance(kind, Bool | Enum):
         return isinstance(inner, bool if isinstance(kind, Bool) else str) and contains(kind, inner)
     if isinstance(inner, bool) or not isinstance(inner, int | float) or not math.isfinite(inner):
@@ -104,19 +104,19 @@ def is_value(kind: Type, inner: Any) -> bool:
 
 
 def path_of(text: str) -> FieldPath:
-    """Return the path that a text with dots names."""
+    """Return the path that a text of keys joined by dots names."""
     return tuple(text.split("."))
 
 
 def select(outer: Any, path: FieldPath) -> Any:
-    """Return what is at a path of an object, or `MISSING`."""
+    """Return the value at a path of an object, or `MISSING`."""
     if isinstance(outer, Located):
         return outer.at(path)
     return walk(outer, path)
 
 
 def walk(outer: Any, path: FieldPath) -> Any:
-    """Return the same, key by key."""
+    """Return the value at a path, looked up key by key, or `MISSING`."""
     for key in path:
         if isinstance(outer, Mapping) and key in outer:
             outer = outer[key]
@@ -128,12 +128,12 @@ def walk(outer: Any, path: FieldPath) -> Any:
 
 
 def same(found: Any, wanted: Any) -> bool:
-    """Return whether two values of JSON are equal; true is not 1."""
+    """Return whether two JSON values are equal; true is not 1."""
     return isinstance(found, bool) == isinstance(wanted, bool) and bool(found == wanted)
 
 
 def place(outer: dict[str, Any], path: FieldPath, value: Any) -> None:
-    """Put a value at a path of an object; objects on the way are made."""
+    """Put a value at a path of an object; missing objects on the path are made."""
     *way, last = path
     for key in way:
         outer = outer.setdefault(key, {})

@@ -1,4 +1,4 @@
-"""One gate of one robot: the state machine, a checker that decides, and a journal that is told first."""
+"""One gate of one robot: its state machine, the checker that decides, and the journal, written before the effects."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -33,36 +33,36 @@ from exover.ocrd.tables import Tables
 from exover.run.simulate import Engine
 
 Clock = Callable[[], float]
-"""Seconds that only grow."""
+"""Returns a monotonic time in seconds."""
 
 
 class Journal(Protocol):
-    """Who is told what was decided, as the objects of docs/gate.md but for their time, before it goes out."""
+    """Takes each decision before its effects go out: an object of the log (docs/gate.md), without its time."""
 
     def __call__(self, entry: str) -> None:
-        """Take the text of one entry."""
+        """Take one entry, as the text of a JSON object."""
 
 
 class Transport(Protocol):
-    """What speaks a protocol: it tells the gate what happens outside, and does what the gate wants done there.
+    """One side of the gate that speaks a protocol: it tells the gate outer events and does outer effects.
 
-    The clients in its calls have names that begin with its own, up to a `/` if there is one.
+    In its calls, the client's name up to the first `/` is the transport's name.
     """
 
     name: str
-    """What the names of its clients begin with."""
+    """The part of its clients' names before the first `/`."""
     kinds: tuple[BindingKind, ...]
-    """Which kinds of bindings its modules carry out."""
+    """The kinds of bindings that its modules carry out."""
 
     def do(self, effect: OuterEffect) -> None:
-        """Do an effect; alarms come to every transport."""
+        """Do an effect; every transport gets every alarm."""
         ...
 
 
 class Gate:
-    """What transports share: each tells it outer events, and each effect is done by the transport that it is for.
+    """The gate that all transports share: they tell it outer events, and it gives each effect to its transport.
 
-    Not thread-safe: all of it happens in one thread. What happens while effects are being done happens after them.
+    Not thread-safe: use one thread. Outer events told while effects are being done are taken afterwards.
     """
 
     def __init__(self, model: Model, binding: Binding, checker: Engine, clock: Clock, journal: Journal) -> None:
@@ -84,16 +84,16 @@ class Gate:
         self.state = self._machine.start()
 
     def attach(self, transport: Transport) -> None:
-        """Let a transport do the effects that are for its clients, and for the modules of its kinds."""
+        """Register a transport for the effects on its clients and on the requests bound to its kinds."""
         self._transports[transport.name] = transport
         for bound in self.binding.requests:
             if bound.kind in transport.kinds:
                 self._modules[bound.request] = transport
 
     def tell(self, *happened: OuterEvent | OuterEffect) -> None:
-        """Take outer events, or effects of the gate itself, and do what follows; it is in the journal by then.
+        """Take outer events, or effects of the gate itself, and do their effects; decisions are in the journal before.
 
-        What fails in a transport or in the journal is raised once all else is done: it keeps no stop from being sent.
+        The first exception of a transport or the journal is raised once all effects are done, so every stop is sent.
         """
         self._waiting += happened
         if self._busy:
@@ -113,7 +113,7 @@ class Gate:
             raise first_failure
 
     def _attempt(self, do: Callable[..., None], *given: object) -> None:
-        """Do something; if it fails, keep why until the rest is done."""
+        """Call `do`; keep its exception, if there is one, until the rest is done."""
         try:
             do(*given)
         except Exception as failure:
@@ -136,7 +136,7 @@ class Gate:
             found.do(effect)
 
     def _follow(self, outer: OuterEvent) -> list[OuterEffect]:
-        """Return the effects of an outer event; the journal has what was decided."""
+        """Return the effects of an outer event, and write what was decided to the journal."""
         started = self.state.started
         effects: list[OuterEffect] = []
         for part in self._machine.parts(self.state, outer, self._clock()):
@@ -160,7 +160,7 @@ class Gate:
         self._journal(self._texts.decision(event, actions))
 
     def _fault(self) -> list[OuterEffect]:
-        """Once the checker is faulty, tell it and stop what runs."""
+        """Return, once the checker is faulty, the alarm and the effects that stop what runs; later, nothing."""
         number = getattr(self._checker, "fault", 0)
         if not number or self._faulty:
             return []
@@ -179,7 +179,7 @@ class Gate:
     # ---- outer objects ----
 
     def call(self, call: CallId, request: str, args: Mapping[str, Any]) -> None:
-        """Let a client ask for a request with these arguments, as its call has them."""
+        """Take a client's call of a request; `args` by name, as the fields of the binding read them."""
         event = read_entries(self.model, {"ask": request, "args": dict(args)})
         match event:
             case Ask():
@@ -188,12 +188,12 @@ class Gate:
                 self.refuse(call, request, code, detail)
 
     def refuse(self, call: CallId, name: str, rule: str, because: str) -> None:
-        """Refuse a call that no checker is asked about; `name` is its request, or its outer name if it has none."""
+        """Refuse a call without asking the checker; `name` is its request, or its outer name if it is bound to none."""
         self._attempt(self._journal, refusal_text(name, rule, because))
         self.tell(Refuse(call, rule, because))
 
     def report(self, slot: SlotId, entries: Mapping[str, Any]) -> None:
-        """Let a module report the end of a slot; results that are none are a failure all the same."""
+        """Take a module's report that a slot has ended; one that is invalid counts as `failed`, with an alarm."""
         event = read_entries(self.model, {"report": slot[0], "instance": slot[1], **entries})
         match event:
             case Report():
@@ -202,7 +202,7 @@ class Gate:
                 self.tell(Alarm("invalid", *slot, f"{code}: {detail}"), Reported(Report(*slot, "failed")))
 
     def observe(self, name: str, value: Any) -> None:
-        """Let a poster, or a level, read a value."""
+        """Take a reading of a poster or a level; one that is no value counts as unread, with an alarm."""
         event = read_entries(self.model, {"observe": name, "value": value})
         match event:
             case Observe():
@@ -212,7 +212,7 @@ class Gate:
                 self.unread(name)
 
     def unread(self, name: str) -> None:
-        """Let a poster that cannot be read take its `else` value, if it has one."""
+        """Observe the `else` value of a poster that cannot be read, if it has one."""
         known = self.model.variable.get(name)
         if known is not None and known.fallback is not None:
             broken = not isinstance(known.type, Bool)  # a bool has no reading outside of its domain
@@ -220,12 +220,12 @@ class Gate:
 
 
 def refusal_text(name: str, rule: str, because: str | None) -> str:
-    """Return a refusal of the gate itself as an entry of the journal."""
+    """Return the journal entry for a call that the gate itself refuses."""
     return encode({"refused": name, "rule": rule} | ({"because": because} if because else {}))
 
 
 def alarm_text(alarm: Alarm) -> str:
-    """Return an alarm as an entry of the journal."""
+    """Return the journal entry for an alarm."""
     found: dict[str, Any] = {"alarm": alarm.kind}
     for key, value in (("request", alarm.request), ("instance", alarm.slot), ("detail", alarm.detail or None)):
         if value is not None:
@@ -234,7 +234,7 @@ def alarm_text(alarm: Alarm) -> str:
 
 
 def checker_of(model: Model, tables: Tables) -> tuple[Engine, str]:
-    """Return who decides, in the initial state, and why that is not the emitted C, if it is not."""
+    """Return a checker in its initial state, and why it is not the emitted C; an empty text if it is."""
     from exover.engines.compiler import NativeUnavailable
     from exover.run.inprocess import InProcessEngine
 

@@ -1,4 +1,4 @@
-"""What a gate has decided, as JSON lines in a file; a file that cannot be written stops nobody."""
+"""The log of a gate's decisions, as JSON lines in a file; a file that cannot be written does not stop the gate."""
 
 import errno
 import os
@@ -10,15 +10,15 @@ from exover.gate.gate import Journal
 
 Complaint = Callable[[str], None]
 Take = Callable[[bytes], None]
-"""Takes a line, its end included."""
+"""Takes a line, with its line end."""
 
 
 def no_journal(entry: str) -> None:
-    """Take an entry that nobody wants."""
+    """Discard an entry."""
 
 
 def stamped(*takers: Take, clock: Callable[[], float] = time) -> Journal:
-    """Return a journal that gives each entry with its time, as a line, to one taker after the other."""
+    """Return a journal that gives each entry, as a line with its time, to the takers in order."""
 
     def journal(entry: str) -> None:
         line = _stamped(entry, clock())
@@ -29,10 +29,10 @@ def stamped(*takers: Take, clock: Callable[[], float] = time) -> Journal:
 
 
 class JournalFile:
-    """Appends each line, whole or not at all, before it returns; raises `OSError` only when it is made.
+    """Appends each line, whole or not at all, before the call returns; raises `OSError` only when it is made.
 
-    Half a line stays if somebody else has written behind it. What cannot be written is counted, told once, and noted
-    before the next line that can be written.
+    Part of a line stays if another process has written behind it. Lines that cannot be written are counted, the first
+    of them is complained of, and their number is written before the next line that can be.
     """
 
     def __init__(self, path: str, complain: Complaint, clock: Callable[[], float] = time) -> None:
@@ -70,5 +70,5 @@ class JournalFile:
 
 
 def _stamped(entry: str, now: float) -> bytes:
-    """Return a line; a lone surrogate, which a string may hold, is `\\udxxx` in it."""
+    """Return an entry with its time as a line; a lone surrogate in a string is written as `\\udxxx`."""
     return f'{{"time": {round(now, 6)!r}, {entry[1:]}\n'.encode("utf-8", "backslashreplace")

@@ -1,4 +1,4 @@
-"""The gate as two pure functions of frozen values, between outer events and the answers of a checker (docs/gate.md)."""
+"""The gate's state machine: two pure functions of frozen values, without clock and without I/O (docs/gate.md)."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -51,20 +51,20 @@ Result = tuple[GateState, tuple[OuterEffect, ...]]
 
 @dataclass(frozen=True)
 class GateMachine:
-    """The gate of some slots; `times` by request; what runs for a client that is gone is ended iff `abort_orphans`."""
+    """The state machine for these slots; `times` by request; `abort_orphans` iff what a gone client runs is aborted."""
 
     every_slot: frozenset[SlotId]
     times: Mapping[str, Times] = field(default_factory=dict)
     abort_orphans: bool = True
 
     def start(self) -> GateState:
-        """Return the state in which nothing is believed; where there is no slot everything is said."""
+        """Return the initial state, in which no module has said what runs; without any slot the gate has started."""
         return GateState(self.every_slot, started=not self.every_slot)
 
     def parts(self, state: GateState, outer: OuterEvent, now: float) -> tuple[OuterEvent, ...]:
-        """Return the events of which an outer event consists, each of which asks the checker once at most.
+        """Return the outer events that an outer event stands for, each of which asks the checker at most once.
 
-        What was read before the start comes first, once the gate has started.
+        Once the gate has started, the readings kept from before come first.
         """
         split = self._split(state, outer, now)
         return (*map(Observed, state.readings.values()), *split) if state.started and state.readings else split
@@ -84,7 +84,7 @@ class GateMachine:
                 return (outer,)
 
     def question(self, state: GateState, outer: OuterEvent) -> Event | None:
-        """Return what the checker has to be asked, None if the gate answers itself."""
+        """Return the event that the checker has to be asked; None if the gate answers by itself."""
         match outer:
             case Called(_, ask):
                 return None if state.denial(ask.request) else ask
@@ -104,7 +104,7 @@ class GateMachine:
     def answer(
         self, state: GateState, outer: OuterEvent, event: Event | None, actions: tuple[Action, ...], now: float
     ) -> Result:
-        """Return the state after an event, which the checker answered by these actions, and what goes out."""
+        """Return the state after an outer event, whose `event` the checker answered by `actions`, and the effects."""
         step = _Step(self, state, now)
         step.own(outer, event)
         for action in actions:
@@ -115,7 +115,7 @@ class GateMachine:
 
 
 class _Step:
-    """One event at work: parts of the state that are replaced, and the effects so far."""
+    """One call of `answer`: the fields of the state that are replaced, and the effects so far."""
 
     __slots__ = "_changes", "_effects", "_machine", "_newcomer", "_now", "_state"
 
@@ -126,7 +126,7 @@ class _Step:
         self._changes: dict[str, Any] = {}
         self._effects: list[OuterEffect] = []
         self._newcomer: CallId | None = None
-        """A call that nothing was said of yet."""
+        """The call of this event, until it is forwarded, held or refused."""
 
     def result(self) -> Result:
         return self._state._replace(**self._changes), tuple(self._effects)
@@ -146,7 +146,7 @@ class _Step:
         return found
 
     def _get(self, name: str) -> Any:
-        """Return what is known by now."""
+        """Return the current value of a field of the state."""
         return self._changes[name] if name in self._changes else getattr(self._state, name)
 
     def _alarm(self, kind: AlarmKind, slot: SlotId | None = None, detail: str = "") -> None:
@@ -159,7 +159,7 @@ class _Step:
     # ---- what the gate does itself ----
 
     def own(self, outer: OuterEvent, event: Event | None) -> None:
-        """Do what does not depend on how the checker answers."""
+        """Do what does not depend on the actions of the checker."""
         match outer:
             case Called(call, ask):
                 self._newcomer = call
@@ -191,7 +191,7 @@ class _Step:
         self._effects.append(Finish(held.call, slot, report.outcome))
 
     def _observed(self, observe: Observe, event: Event | None) -> None:
-        """Keep a reading until the gate has started; from then on the checker has it."""
+        """Keep a reading that was not told to the checker; drop the kept one once the checker has been told."""
         if event is None or observe.name in self._state.readings:
             others = {name: each for name, each in self._state.readings.items() if name != observe.name}
             self._changes["readings"] = others if event else {**others, observe.name: observe}
@@ -242,7 +242,7 @@ class _Step:
     # ---- what the checker says ----
 
     def obey(self, action: Action, outer: OuterEvent, event: Event | None) -> None:
-        """Do what an action says."""
+        """Update the state for one action, and add its effects."""
         match action:
             case Launched(name, slot, args, _, _, launch_rule):
                 self._forward((name, slot), args, self._taker(name, launch_rule, event))
@@ -260,7 +260,7 @@ class _Step:
                 assert_never(action)
 
     def _taker(self, name: str, launch_rule: str | None, event: Event | None) -> CallId | None:
-        """Return the call that a launch is about: the newcomer, else what stands in the waiting place."""
+        """Return the call that is launched, if any: the newcomer, else that of the waiting place, which is emptied."""
         if launch_rule is None and self._newcomer and isinstance(event, Ask) and event.request == name:
             call, self._newcomer = self._newcomer, None
             return call
@@ -319,7 +319,7 @@ class _Step:
         self._effects.append(Refuse(call, rule, because))
 
     def violations(self, actions: tuple[Action, ...]) -> None:
-        """Tell of the rules that are broken since this event."""
+        """Add an alarm for each rule that is violated since this event."""
         broken = frozenset([action.rule for action in actions if isinstance(action, Violated)])
         if broken != self._state.violated:
             self._changes["violated"] = broken
@@ -334,7 +334,7 @@ def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
 
 
 def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | None] | None:
-    """Return why the gate itself has given up what was held, None if it has not."""
+    """Return rule and reason if the gate itself gives up this held call, for its deadline or module; else None."""
     if not isinstance(outer, GivenUp) or outer.request != name:
         return None
     if outer.rule == "unavailable":
@@ -344,7 +344,7 @@ def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | 
 
 
 def _refused(event: Event, actions: tuple[Action, ...]) -> bool:
-    """Return whether an event changed nothing, since it is none; a broken reading is taken as another."""
+    """Return whether the event was invalid and changed nothing; a broken reading is taken as the `else` value."""
     if not (actions and isinstance(actions[0], Invalid)):
         return False
     return not (isinstance(event, Observe) and event.broken)

@@ -1,4 +1,4 @@
-"""What happens outside of the gate, and what the gate does there (docs/gate.md); no protocol is named here."""
+"""Outer events and outer effects of the gate, independent of any protocol (docs/gate.md)."""
 
 from typing import Literal, NamedTuple
 
@@ -22,7 +22,7 @@ AlarmKind = Literal[
 
 
 class CallId(NamedTuple):
-    """A call of a client; no two are ever alike."""
+    """Identifies a call of a client; each call has its own."""
 
     client: str
     number: int
@@ -41,14 +41,14 @@ class Called:
 
 @dataclass(frozen=True, slots=True)
 class Cancelled:
-    """A client gives up a call of its own."""
+    """A client cancels one of its calls."""
 
     call: CallId
 
 
 @dataclass(frozen=True, slots=True)
 class ClientGone:
-    """A client is not there any more."""
+    """A client has gone: it ended, died or lost its connection."""
 
     client: str
 
@@ -69,14 +69,14 @@ class Observed:
 
 @dataclass(frozen=True, slots=True)
 class CancelRefused:
-    """A module does not stop a slot though it was told to."""
+    """A module refuses to stop a slot."""
 
     slot: SlotId
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleGone:
-    """The module of these requests is not there any more."""
+    """The module of these requests has died or cannot be reached."""
 
     requests: frozenset[str]
 
@@ -96,7 +96,7 @@ class Ticked:
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """What waits at a request may wait no longer; `rule` is `deadline` or `unavailable`. Part of other events."""
+    """What waits at a request is given up; `rule` is `deadline` or `unavailable`. Made by `GateMachine.parts` only."""
 
     request: str
     rule: str
@@ -112,7 +112,7 @@ OuterEvent = (
 
 @dataclass(frozen=True, slots=True)
 class Forward:
-    """Let the module of a slot begin; without a call, a launch rule requires it."""
+    """Start a slot at its module; without a call, a launch rule requires it."""
 
     call: CallId | None
     slot: SlotId
@@ -130,7 +130,7 @@ class Hold:
 
 @dataclass(frozen=True, slots=True)
 class Refuse:
-    """The call is refused, at once or after it was held, or nobody is there any more to answer it."""
+    """The call is refused: at once, after it was held, or since its module is gone."""
 
     call: CallId
     rule: str
@@ -148,7 +148,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """The slot has ended: the call, if it has one, gets what the module has answered."""
+    """The slot has ended: its call, if there is one, gets what the module has answered."""
 
     call: CallId | None
     slot: SlotId

@@ -1,4 +1,4 @@
-"""`NAME.bind.toml`: text to a binding of a model, or what is wrong with it and where (docs/binding.md)."""
+"""Reads `NAME.bind.toml`: returns a binding of a model, or mistakes with their places (docs/binding.md)."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
@@ -34,11 +34,11 @@ from exover.toml import KeyPath, read_toml
 
 SOURCES = ("tool", "notification", "topic")
 STOP = 5.0
-"""Seconds in which what is cancelled has to report, if the file says none."""
+"""The default of `stop`: seconds within which what is cancelled has to report."""
 
 
 def read_binding(source: Source, model: Model) -> tuple[Binding | None, tuple[Diagnostic, ...]]:
-    """Return what a file binds of a model, None if there is a mistake, and its mistakes and warnings in order."""
+    """Return the binding in a file, None if it has a mistake; and its mistakes and warnings in text order."""
     read = read_toml(source)
     if isinstance(read, Diagnostic):
         return None, (read,)
@@ -50,7 +50,7 @@ def read_binding(source: Source, model: Model) -> tuple[Binding | None, tuple[Di
 
 
 class _Reader:
-    """Reads the tables of one file; every mistake is noted, and what has one is left out."""
+    """Reads the tables of one file; notes every mistake, and leaves out the entries that have one."""
 
     def __init__(self, model: Model, mistakes: MistakeList, content: Mapping[str, Any]) -> None:
         self._model = model
@@ -61,7 +61,7 @@ class _Reader:
         self._watches = {name: self._watch(name, table) for name, table in content.get("watch", {}).items()}
 
     def binding(self) -> Binding:
-        """Return what the file says."""
+        """Return the binding, as far as the file has no mistakes, and note those of all tables together."""
         requests = tuple(self._known_requests())
         posters = tuple(self._known_posters())
         self._ambiguous(requests)
@@ -106,7 +106,7 @@ class _Reader:
         return Watch(name, kind, table.get(kind, ""), **given)  # type: ignore[arg-type]
 
     def _one(self, path: KeyPath, table: Mapping[str, Any], found: Any, keys: Iterable[str], what: str) -> str:
-        """Return which of some keys is there; it is a mistake if there is none, or more than one."""
+        """Return the first of these keys that the table has, else the first key; note a mistake unless it has one."""
         keys = tuple(keys)
         there = [key for key in keys if key in table]
         if len(there) > 1:
@@ -160,7 +160,7 @@ class _Reader:
     def _needed(
         self, path: KeyPath, request: Request, table: Mapping[str, Any], report: ReportBinding, idle: bool
     ) -> None:
-        """Note what a request lacks to be served."""
+        """Note the keys that a request needs and does not have."""
         name = quote(request.name)
         missing = self._mistakes.missing
         watched = report.watch is not None or self._spoilt_watch(path)
@@ -185,11 +185,11 @@ class _Reader:
             self._mistakes.say("E707", message, path, advice, "warning")
 
     def _spoilt_watch(self, path: KeyPath) -> bool:
-        """Return whether a request has a report, or a watch in it, that is of the wrong type."""
+        """Return whether a request has a `report`, or a `watch` in it, of the wrong type."""
         return not {(*path, "report"), (*path, "report", "watch")}.isdisjoint(self._mistakes.spoilt)
 
     def _tools_only(self, path: KeyPath, name: str, table: Mapping[str, Any]) -> None:
-        """Note what ROS 2 has no use for."""
+        """Note keys that do not belong to this kind of request: tool, action or service."""
         if "cancel" in table and ("action" in table or "service" in table):
             self._mistakes.say("E706", f"{name} is no tool: it has no `cancel`", (*path, "cancel"))
         if "action" in table and "started" in table:
@@ -256,7 +256,7 @@ class _Reader:
     def _fields(
         self, path: KeyPath, table: Mapping[str, Any], parameters: tuple[Parameter, ...], word: str, owner: str
     ) -> tuple[ValueField, ...]:
-        """Return where each parameter is, in their order; one that a table does not list is called as in the spec."""
+        """Return the field of each parameter, in order; one that the table does not list is at its own name."""
         known = [parameter.name for parameter in parameters]
         for name in table:
             if name not in known:
@@ -274,7 +274,7 @@ class _Reader:
         return field
 
     def _default(self, path: KeyPath, field: ValueField) -> None:
-        """Note a default that is never a value: what would be read in its place is refused each time."""
+        """Note a default that gives no value of the field's type: each call that needs it would be refused."""
         code = "E701" if isinstance(field.type, Enum) and isinstance(field.default, str) else "E603"
         try:
             inner = field.read({})
@@ -330,7 +330,7 @@ class _Reader:
     # ---- of all together ----
 
     def _ambiguous(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note requests that are never meant, since one before them is meant whenever they are."""
+        """Note requests that no call can mean, since each call that meets their `when` meets an earlier one too."""
         for number, later in enumerate(requests):
             for earlier in requests[:number]:
                 alike = (earlier.kind, earlier.outer) == (later.kind, later.outer) and later.outer
@@ -341,7 +341,7 @@ class _Reader:
                     break
 
     def _passed(self, binding: Binding) -> None:
-        """Note what would let clients call the tools that are for the gate alone."""
+        """Note patterns of `pass` that would let clients call tools that only the gate may call."""
         for number, pattern in enumerate(binding.gate.passed):
             for tool in sorted(binding.below):
                 if fnmatchcase(tool, pattern):
@@ -357,7 +357,7 @@ class _Reader:
                 self._mistakes.say("E706", message, ("request",), f'write [request."{launch.request}"]')
 
     def _makeable(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note launch rules whose calls the gate could not make, or not as the tables have them."""
+        """Note requests of launch rules whose calls the gate cannot make, since two paths of them clash."""
         launched = {launch.request for launch in self._model.launches}
         for bound in requests:
             clash = bound.clash if bound.request in launched else None
@@ -368,7 +368,7 @@ class _Reader:
                 self._mistakes.say("E706", message, ("request", bound.request), advice)
 
     def _writable(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note arguments of launch rules that no number stands for in a call."""
+        """Note arguments of launch rules that become infinite when they are scaled back."""
         of = {each.request: each for each in requests}
         for launch in self._model.launches:
             fields = of[launch.request].arguments if launch.request in of else ()

@@ -12,7 +12,7 @@ from exover.source import Span
 from exover.toml import KeyPath, Places
 
 Allowed = tuple[Callable[[Any], bool], str]
-"""Whether a value is allowed, and what it should be, for a message."""
+"""A predicate that says whether a value is allowed, and what it should be, as text for a message."""
 
 
 def _seconds(value: Any) -> bool:
@@ -49,7 +49,7 @@ def _of_json(value: Any) -> bool:
 
 
 def one_of(*words: str) -> Allowed:
-    """Return that a value is one of these words."""
+    """Return the type of values that are one of these words."""
     return words.__contains__, " or ".join(f'"{word}"' for word in words)
 
 
@@ -138,19 +138,19 @@ POSTER: Mapping[str, Allowed] = {"watch": TEXT, **{key: FIELD[key] for key in ("
 
 @dataclass
 class MistakeList:
-    """Where mistakes are written down, with their places."""
+    """Collects the mistakes of a file, with their places."""
 
     places: Places
     diagnostics: list[Diagnostic] = field(default_factory=list)
     spoilt: set[KeyPath] = field(default_factory=set)
-    """The keys whose values are of the wrong type: they are there, so nobody has to ask for them as well."""
+    """Keys whose values have the wrong type; since they are there, they are not reported as missing as well."""
 
     def say(self, code: str, message: str, path: KeyPath, help: str = "", severity: Severity = "error") -> None:
         """Note a mistake at the place of a key, or of the nearest table around it."""
         self.diagnostics.append(Diagnostic(code, message, self.places.of(*path), help=help, severity=severity))
 
     def table(self, path: KeyPath, found: Any, keys: Mapping[str, Allowed], what: str) -> dict[str, Any]:
-        """Return the entries of a table that are as they should be; the others are noted."""
+        """Return the entries of a table that have a known key and an allowed value; note each other one."""
         good: dict[str, Any] = {}
         if not isinstance(found, dict):
             self.say("E603", f"{what} is no table", path)
@@ -167,7 +167,7 @@ class MistakeList:
         return good
 
     def missing(self, path: KeyPath, table: Mapping[str, Any], key: str) -> bool:
-        """Return whether a key is not there; `table`: the good entries of the one that should have it."""
+        """Return whether a key is neither in `table`, the good entries, nor present with a value of the wrong type."""
         whole = (*path, key)
         return key not in table and not any(whole[:length] in self.spoilt for length in range(1, len(whole) + 1))
 

@@ -1,4 +1,4 @@
-"""What the gate knows of slots, waiting places and modules; frozen values."""
+"""The state of the gate: slots, waiting places and modules, as frozen values."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -16,7 +16,7 @@ AWAY = "its module is not there"
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """Seconds that a call may wait, and in which a module has to report, at all and once it was told to stop."""
+    """Time-outs in seconds: `wait` to be launched, `answer` until the report, `stop` from a cancel until the report."""
 
     wait: float | None = None
     answer: float | None = None
@@ -27,7 +27,7 @@ USUAL = Times()
 
 
 class Held(NamedTuple):
-    """An active slot; `lost` iff its module is gone; `due`: when an alarm is told unless it has reported."""
+    """An active slot; `lost` iff its module is gone; `due`: the time of the alarm if it has not reported by then."""
 
     call: CallId | None
     args: Args
@@ -38,7 +38,7 @@ class Held(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Queued:
-    """What stands in a waiting place: a call, or what the launch rule `origin` requires."""
+    """What is in a waiting place: a call, or what the launch rule `origin` requires; it may wait `until` then."""
 
     call: CallId | None
     origin: str | None
@@ -51,7 +51,7 @@ _NOTHING: Mapping[Any, Any] = MappingProxyType({})
 
 
 class GateState(NamedTuple):
-    """What the gate knows; `unsaid` are the slots of which no module has said yet whether they run."""
+    """The state of the gate; `unsaid`: slots whose module has not said whether they run; `places`: by request."""
 
     unsaid: frozenset[SlotId]
     slots: Mapping[SlotId, Held] = _NOTHING
@@ -60,11 +60,11 @@ class GateState(NamedTuple):
     away: frozenset[str] = frozenset()
     violated: frozenset[str] = frozenset()
     readings: Mapping[str, Observe] = _NOTHING
-    """What was read last before the gate has started."""
+    """The last reading of each poster from before the start, until the checker has been told."""
     started: bool = False
 
     def denial(self, request: str) -> tuple[str, str] | None:
-        """Return the rule, and its reason, for which a call is refused before anybody is asked; None if it is not."""
+        """Return rule and reason by which the gate refuses a call without asking the checker; None if it does not."""
         if not self.started:
             return "starting", STARTING
         if self.strays:
@@ -72,7 +72,7 @@ class GateState(NamedTuple):
         return ("unavailable", AWAY) if request in self.away else None
 
     def where(self, call: CallId) -> SlotId | str | None:
-        """Return the slot that a call runs in, or the request at which it waits, if there is one."""
+        """Return the slot that a call runs in, or the request in whose waiting place it is; None if neither."""
         for slot, held in self.slots.items():
             if held.call == call:
                 return slot
@@ -80,6 +80,6 @@ class GateState(NamedTuple):
 
     @property
     def due(self) -> float | None:
-        """When the next deadline is, if there is one."""
+        """The time of the next deadline; None if there is none."""
         times = [held.due for held in self.slots.values()] + [queued.until for queued in self.places.values()]
         return min((each for each in times if each is not None), default=None)

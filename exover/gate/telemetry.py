@@ -1,4 +1,4 @@
-"""What a gate decides as spans and counters of OpenTelemetry; needs `opentelemetry-api` (extra `exover[otel]`)."""
+"""Decisions of a gate as OpenTelemetry spans and counters; needs `opentelemetry-api` (extra `exover[otel]`)."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ VERBS = ("launch", "wait", "reject", "kill", "violation", "invalid")
 
 
 def with_telemetry(journal: Journal, now: Callable[[], int] = time_ns) -> Journal:
-    """Return a journal that tells the given one, and then the tracer and the meter that the program has set up."""
+    """Return a journal that gives each entry to `journal`, then to the tracer and meter that the program has set up."""
     tracer = trace.get_tracer(SCOPE, __version__)
     meter = metrics.get_meter(SCOPE, __version__)
     actions = meter.create_counter("exover.gate.actions", description="what the tables have answered")

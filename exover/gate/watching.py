@@ -1,4 +1,4 @@
-"""What watches have shown: readings of posters, and which requests run."""
+"""The watches of a gate: what they show as readings of posters and as the status of requests."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -12,7 +12,7 @@ from exover.model.state import SlotId
 
 
 class Watching:
-    """The watches of a binding: when each is due, what it has shown, and what follows from that."""
+    """Calls the watches of a binding when they are due, and tells the gate the readings and statuses that they show."""
 
     def __init__(self, gate: Gate, call: Callable[[Watch], None], clock: Callable[[], float]) -> None:
         self._gate = gate
@@ -26,21 +26,21 @@ class Watching:
         self._blind: set[str] = set()
         self._last: dict[str, Any] = {}
         self._seen: set[SlotId] = set()
-        """Slots that a watch has shown running since they were launched."""
+        """Slots that a watch has shown as running since their launch."""
         self._since: dict[SlotId, int] = {}
-        """Slots whose module has said that they run, and the round of the watch then."""
+        """Slots whose module has answered that they have started, with the watch's round number at that time."""
         self._strange: set[tuple[str, str]] = set()
 
     # ---- time ----
 
     @property
     def due(self) -> float:
-        """When a watch is to be called again, or would be blind."""
+        """The next time at which a watch has to be called or becomes blind; infinite if there is none."""
         stale = (self._shown[watch.name] + watch.stale for watch in self._watches() if watch.name not in self._blind)
         return min((*self._due.values(), *stale), default=math.inf)
 
     def tick(self, ready: bool) -> None:
-        """Call the watches that are due, if calls are possible, and say which are blind."""
+        """Call the watches that are due and tell which are blind; unless `ready`, only put off all times."""
         now = self._clock()
         for watch in self._watches():
             if ready and self._due[watch.name] <= now:
@@ -66,22 +66,22 @@ class Watching:
     # ---- what was shown ----
 
     def begun(self, slot: SlotId, watch: str) -> None:
-        """Note that the module of a slot has said that it runs."""
+        """Note that the module of a slot has answered that it has started."""
         self._since[slot] = self._rounds[watch]
 
     def forget(self, slot: SlotId) -> None:
-        """Note that a slot is launched anew, or has ended."""
+        """Forget what was shown of a slot, since it is launched anew or has ended."""
         self._seen.discard(slot)
         self._since.pop(slot, None)
 
     def failed(self, watch: Watch, reason: str) -> None:
-        """Note that the tool of a watch could not tell."""
+        """Note that a watch could not be read; it becomes blind."""
         self._due[watch.name] = self._clock() + watch.every
         if watch.name not in self._blind:
             self._lose(watch, reason)
 
     def shown(self, watch: Watch, document: Any) -> None:
-        """Tell the gate what a watch has shown."""
+        """Tell the gate the readings and statuses in a document that a watch has shown."""
         self._shown[watch.name] = self._clock()
         self._blind.discard(watch.name)
         if watch.kind == "tool":
@@ -105,7 +105,7 @@ class Watching:
             self._gate.observe(bound.poster, value)
 
     def _broken(self, bound: PosterBinding) -> None:
-        """Let a poster that cannot be read take its `else` value, if it has one."""
+        """Tell the gate, once in a row, that a poster cannot be read."""
         already = bound.poster in self._last and self._last[bound.poster] is None
         self._last[bound.poster] = None
         if not already:
@@ -129,7 +129,7 @@ class Watching:
             self._gate.report(slot, outcome_of(report, meaning, status, document))
 
     def _whole_round(self, slot: SlotId, watch: Watch) -> bool:
-        """Return whether what is shown can be about what runs now, and not about what ran before."""
+        """Return whether the status must be about this launch, and cannot stem from before it."""
         if slot in self._seen or self._gate.state.slots[slot].lost:
             return True
         later = 0 if watch.kind == "tool" else 1
@@ -145,7 +145,7 @@ class Watching:
 
 
 def outcome_of(report: ReportBinding, meaning: str, status: Any, document: Any) -> dict[str, Any]:
-    """Return the entries of a report event for what a module has said; results that cannot be read are left out."""
+    """Return the entries of a report event for a status of this meaning; results that cannot be read are left out."""
     if meaning == "ok":
         return {"outcome": "ok", "results": dict(_results(report, document))}
     name = report.failure(status) if meaning == "failed" else None
@@ -161,5 +161,5 @@ def _results(report: ReportBinding, document: Any) -> Iterable[tuple[str, Any]]:
 
 
 def all_bound(binding: Binding) -> frozenset[str]:
-    """Return the requests that a binding binds."""
+    """Return the names of the bound requests."""
     return frozenset(bound.request for bound in binding.requests)
