@@ -1,4 +1,4 @@
-"""What is open between client, gate and server."""
+"""Requests and tool calls that are not answered yet, between client, gate and server."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -13,49 +13,49 @@ from exover.model.wire import Json
 
 @dataclass(slots=True)
 class Pending:
-    """A request that the server has not answered; `client_id` is that of the client's own request, if it has one."""
+    """A request that the server has not answered; `client_id`: the client's id of it, if the client has sent it."""
 
     method: str
     client_id: Any = None
     cancelled: bool = False
     slot: SlotId | None = None
-    """Of a call that carries out a request."""
+    """The slot that this call carries out, if it does."""
     stops: SlotId | None = None
-    """Of a call that stops one."""
+    """The slot that this call stops, if it does."""
     watch: Watch | None = None
 
 
 @dataclass(slots=True)
 class ToolCall:
-    """A call of a tool by the client that the gate decides, until it is answered."""
+    """A client's MCP tool call that the gate decides about, until it is answered."""
 
     client_id: Any
     params: Json
     answer: Json | None = None
-    """What the server has answered, to be given to the client once the slot has ended."""
+    """The response of the server, which the client gets once the slot has ended."""
     stopped: tuple[str, str | None] | None = None
-    """The rule for which it was stopped, and why."""
+    """The rule that stopped it, and the reason."""
 
 
 class Exchange:
-    """Ids of requests that one side has asked, and the numbers by which the other side knows them."""
+    """Maps the JSON-RPC ids of open requests from one side to the numbers that the other side gets as their ids."""
 
     def __init__(self) -> None:
         self._numbers = count(1)
         self._ids: dict[int, Any] = {}
 
     def number(self, id: Any) -> int:
-        """Return a new number for an id."""
+        """Note an open request with this id, and return a new number for it."""
         number = next(self._numbers)
         self._ids[number] = id
         return number
 
     def answered(self, number: Any) -> Iterator[Any]:
-        """Yield the id of a number that is answered now, if there is such a request."""
+        """Yield the id of the open request with this number, if there is one, and close it."""
         if isinstance(number, int) and number in self._ids:
             yield self._ids.pop(number)
 
     def known(self, id: Any) -> Iterator[int]:
-        """Yield the numbers of what was asked by this id and is not answered."""
+        """Yield the numbers of the open requests with this id."""
         if is_id(id):
             yield from [number for number, each in self._ids.items() if key_of_id(each) == key_of_id(id)]

@@ -1,4 +1,4 @@
-"""JSON-RPC lines: cut out of a stream, read strictly, written."""
+"""JSON-RPC messages, one a line: cuts streams into lines, reads them strictly, writes them."""
 
 import json
 import math
@@ -10,12 +10,12 @@ from exover.model.wire import MAX_DIGITS, Json
 
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, SERVER_GONE = -32700, -32600, -32601, -32602, -32000
 MAX_DEPTH = 200
-"""Objects and lists within each other; what can be read but not be written again is deeper, and deeper in the stack."""
+"""The most levels of objects and lists; well below the depth at which JSON can be read but not be written again."""
 DEEP = "the message is nested too deep"
 
 
 class BadLine(Exception):
-    """A line that is no message; the text says why."""
+    """A line is no valid message; the text says why, `code` is the JSON-RPC error code."""
 
     def __init__(self, code: int, reason: str) -> None:
         super().__init__(reason)
@@ -23,7 +23,7 @@ class BadLine(Exception):
 
 
 class LineCutter:
-    """Cuts a stream into lines; of one that is too long only as much is kept as shows that it is."""
+    """Cuts a stream into lines; keeps at most `longest` + 1 bytes of a line, so that its reader sees it is too long."""
 
     def __init__(self, longest: int) -> None:
         self._longest = longest
@@ -31,7 +31,7 @@ class LineCutter:
         self._size = 0
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """Yield the lines that are complete now, without their ends; a cut one has `longest` + 1 bytes."""
+        """Yield the lines that are complete now, without line ends; a line that was cut has `longest` + 1 bytes."""
         *ends, rest = data.split(b"\n")
         for end in ends:
             self._keep(end)
@@ -48,7 +48,7 @@ class LineCutter:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A JSON-RPC message; `body` is all of it."""
+    """A JSON-RPC message; `body` is the whole object."""
 
     kind: Literal["request", "notification", "response"]
     body: Json
@@ -60,7 +60,7 @@ class Message:
 
     @property
     def params(self) -> Json:
-        """The parameters, none if they are no object."""
+        """The parameters; an empty object if they are no object."""
         found = self.body.get("params")
         return found if isinstance(found, dict) else {}
 
@@ -71,7 +71,7 @@ class Message:
 
 
 def read(line: bytes, longest: int) -> Message:
-    """Return the message of a line; raises `BadLine`."""
+    """Return the message in a line of at most `longest` bytes; raises `BadLine`."""
     if len(line) > longest:
         raise BadLine(INVALID_REQUEST, f"the message is longer than {longest} bytes")
     try:
@@ -92,7 +92,7 @@ def read(line: bytes, longest: int) -> Message:
 
 
 def _deep(body: Any) -> bool:
-    """Return whether lists and objects are within each other more than `MAX_DEPTH` times."""
+    """Return whether lists and objects are nested more than `MAX_DEPTH` levels deep."""
     level = [body]
     for _ in range(MAX_DEPTH):
         level = [inner for outer in level for inner in _parts(outer) if isinstance(inner, dict | list)]
@@ -116,12 +116,12 @@ def _message(body: Json) -> Message:
 
 
 def is_id(found: Any) -> bool:
-    """Return whether this may be the id of a request."""
+    """Return whether this may be the id of a request: a string or an integer."""
     return isinstance(found, str | int) and not isinstance(found, bool)
 
 
 def key_of_id(found: Any) -> tuple[bool, Any]:
-    """Return by what an id is known: 1 and "1" are two of them."""
+    """Return a dictionary key for an id: 1 and "1" have different keys."""
     return isinstance(found, str), found
 
 
@@ -132,34 +132,34 @@ def write(body: Json) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class PreparedCall:
-    """A call of a tool whose text is made beforehand, so that nothing is left to go wrong when it is sent."""
+    """A tool call whose text is made beforehand, so that nothing can fail when it is sent."""
 
     params: str
-    """Without the brace that ends them."""
+    """The parameters as JSON text, without the closing brace."""
 
     def line(self, number: int, meta: str) -> bytes:
-        """Return it as a line with an id, and with the text of what `_meta` has to hold, if it has to hold anything."""
+        """Return the call as a line with this id; `meta` is the JSON text of `_meta`, empty for none."""
         meta = f',"_meta":{meta}' if meta else ""
         return f'{{"jsonrpc":"2.0","method":"tools/call","params":{self.params}{meta}}},"id":{number}}}\n'.encode()
 
 
 def prepared(tool: str, arguments: Mapping[str, Any]) -> PreparedCall:
-    """Return the call of a tool; raises `TypeError` or `ValueError` if it is nothing for JSON."""
+    """Return the call of a tool; raises `TypeError` or `ValueError` if JSON cannot hold the arguments."""
     return PreparedCall(text_of({"name": tool, "arguments": dict(arguments)})[:-1])
 
 
 def text_of(body: Json) -> str:
-    """Return an object as text on one line."""
+    """Return an object as JSON text on one line; raises `TypeError` or `ValueError` if JSON cannot hold it."""
     return json.dumps(body, separators=(",", ":"), allow_nan=False)
 
 
 def result(id: Any, found: Any) -> Json:
-    """Return the response to a request."""
+    """Return the response with a result."""
     return {"jsonrpc": "2.0", "id": id, "result": found}
 
 
 def error(id: Any, code: int, text: str) -> Json:
-    """Return the response to a request that cannot be served."""
+    """Return the response with a JSON-RPC error."""
     return {"jsonrpc": "2.0", "id": id, "error": {"code": code, "message": text}}
 
 

@@ -1,4 +1,4 @@
-"""The proxy between an MCP client and a server: what becomes of each message, without I/O (docs/gate.md)."""
+"""The MCP proxy: decides what is done with each message between client and server, without I/O (docs/gate.md)."""
 
 import math
 from collections.abc import Callable
@@ -36,43 +36,43 @@ from exover.model.state import SlotId
 from exover.model.wire import Json
 
 MAX_OPEN = 1000
-"""Requests of the client that may be open at once."""
+"""The most requests of the client that may be open at once."""
 NEEDED = ("initialize", "ping", "server/discover", "tools/list")
-"""Methods that pass whatever the binding says: without them no client finds a tool."""
+"""Methods that always pass, since without them no client finds a tool."""
 
 
 @dataclass(slots=True)
 class McpProxy:
-    """One client, one server, and the gate between them; `to_client` and `to_server` take whole lines."""
+    """The transport for one MCP client and one server; `to_client` and `to_server` take whole lines."""
 
     gate: Gate
     to_client: Callable[[bytes], None]
     to_server: Callable[[bytes], None]
     tell: Callable[[str], None]
-    """Tells a person of alarms and of messages that were dropped."""
+    """Shows a person alarms and dropped messages."""
     clock: Callable[[], float]
     name: str = "mcp"
     kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
     _pending: dict[int, Pending] = field(default_factory=dict)
     _open: dict[tuple[bool, Any], int | CallId] = field(default_factory=dict)
-    """The requests of the client that are not answered, by id: as what they went on, or the call that they are."""
+    """Open requests of the client by id: the number by which one was passed on, or the call that the gate decides."""
     _asked: Exchange = field(default_factory=Exchange)
-    """The requests of the server that the client has not answered."""
+    """Open requests of the server to the client."""
     _calls: dict[CallId, ToolCall] = field(default_factory=dict)
     _carries: dict[SlotId, int] = field(default_factory=dict)
-    """The request to the server that carries out a slot, while that is not answered."""
+    """The number of the open request to the server that carries out a slot."""
     _alive: bool = True
     _ready: bool = False
     _envelope: Json = field(default_factory=dict)
     _meta: str = ""
-    """The same as text, for the calls whose text is there before they are sent."""
+    """`_envelope` as JSON text, for prepared calls."""
     _cancels: dict[str, PreparedCall] = field(default_factory=dict)
-    """What stops a request, by its name."""
+    """The call that stops a request, by request."""
     _polls: dict[str, PreparedCall] = field(default_factory=dict)
-    """What asks a watch, by its name."""
+    """The call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
-    """Slots that were active when the client went, and are not known to have ended."""
+    """Slots that were active when the client went and have not ended since."""
     _watching: Watching = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -88,14 +88,14 @@ class McpProxy:
     # ---- what happens ----
 
     def start(self) -> None:
-        """Take it as said that nothing runs of what starting the server stops, and of what nobody can ask for."""
+        """Tell the gate that slots are idle whose request is unbound or bound with `start = "idle"`."""
         for slot in sorted(self.gate.state.unsaid):
             bound = self.gate.binding.of(slot[0])
             if bound is None or bound.starts_idle:
                 self.gate.tell(SlotSaid(slot, False))
 
     def from_client(self, line: bytes) -> None:
-        """Take a line of the client."""
+        """Take one line from the client; answer a bad one with an error."""
         if not line.strip():
             return
         try:
@@ -112,7 +112,7 @@ class McpProxy:
                 self._answered_by_client(message)
 
     def from_server(self, line: bytes) -> None:
-        """Take a line of the server."""
+        """Take one line from the server; drop a bad one."""
         if not line.strip():
             return
         try:
@@ -129,7 +129,7 @@ class McpProxy:
                 self._response(message)
 
     def tick(self) -> None:
-        """Let time pass."""
+        """Tell the gate and the watches of deadlines that have passed."""
         due = self.gate.state.due
         if due is not None and due <= self.clock():
             self.gate.tell(Ticked())
@@ -137,18 +137,18 @@ class McpProxy:
 
     @property
     def due(self) -> float:
-        """When `tick` has something to do."""
+        """The next time at which `tick` has something to do; infinite if there is none."""
         watch = self._watching.due if self._ready and self._alive else math.inf
         due = self.gate.state.due
         return min(watch, math.inf if due is None else due)
 
     def client_gone(self) -> None:
-        """Give up what waits, and stop what runs."""
+        """Tell the gate that the client has gone, and note what is active, whose end is to be waited for."""
         self._awaited = set(self.gate.state.slots)
         self.gate.tell(ClientGone(self.name))
 
     def server_gone(self) -> None:
-        """Let everything that the server runs be lost; what the client waits for is answered."""
+        """Tell the gate that the server has died, and answer the client's open requests with errors."""
         self._alive = False
         self.gate.tell(ModuleGone(all_bound(self.gate.binding)))
         for pending in self._pending.values():
@@ -158,11 +158,11 @@ class McpProxy:
 
     @property
     def active(self) -> bool:
-        """Whether something that was active when the client went still is, and the server may tell its end."""
+        """Whether the server is alive and something that was active when the client went has not ended."""
         return self._alive and bool(self._awaited)
 
     def give_up(self) -> None:
-        """Tell what is not waited for any longer, though it still is active."""
+        """Tell the person which slots still run though their end is not waited for any longer."""
         for name, slot in sorted(self._awaited if self._alive else ()):
             self.tell(f"{name}[{slot}] still ran when the gate gave up waiting for its end")
 
@@ -190,7 +190,7 @@ class McpProxy:
         self._open[key_of_id(message.id)] = number
 
     def _remember(self, message: Message) -> None:
-        """Note what the requests of a stateless session carry, if this one does."""
+        """Note the `_meta` entries of a stateless session, if this request carries them."""
         found = envelope(message.params)
         if found and found != self._envelope:
             self._meta = lines.text_of(found)
@@ -238,7 +238,7 @@ class McpProxy:
         self._to_server(message.body)
 
     def _cancelled(self, message: Message) -> None:
-        """Cancel what the client has asked for and is not answered yet; nobody else's."""
+        """Cancel an open request of the client; an id that is not open is ignored."""
         id = message.params.get("requestId")
         known = self._open.get(key_of_id(id)) if lines.is_id(id) else None
         if isinstance(known, CallId):
@@ -254,7 +254,7 @@ class McpProxy:
             self._to_server({**message.body, "id": id})
 
     def _forget(self, call: CallId) -> ToolCall | None:
-        """Return a call that gets its answer now, or wants none any more."""
+        """Remove and return a call, since it is answered now or was cancelled; None if it is not open."""
         found = self._calls.pop(call, None)
         if found:
             self._open.pop(key_of_id(found.client_id), None)
@@ -277,7 +277,7 @@ class McpProxy:
             self._reply(pending, message.body)
 
     def _reply(self, pending: Pending, body: Json) -> None:
-        """Give a client the answer to a request that was passed, unless it has cancelled that."""
+        """Give the client the response to a request that was passed on, unless it has cancelled that."""
         if pending.cancelled:
             return
         self._open.pop(key_of_id(pending.client_id), None)
@@ -287,7 +287,7 @@ class McpProxy:
         self._answer(body)
 
     def _carried_out(self, pending: Pending, slot: SlotId, message: Message) -> None:
-        """Take the response to a call that carries out a request: its end, or that it has begun."""
+        """Take the response to a call that carries out a slot: it tells the end, or that it has started."""
         if self._carries.get(slot) != message.id:
             return  # its end was told otherwise before
         del self._carries[slot]
@@ -309,7 +309,7 @@ class McpProxy:
             self._finish(held.call)
 
     def _stopped(self, slot: SlotId, message: Message) -> None:
-        """Take the response to a call that should stop a slot."""
+        """Take the response to a call that stops a slot: an error is a refusal; with `ends`, success is the end."""
         if not succeeded(message):
             self.gate.tell(CancelRefused(slot))
             return
@@ -360,7 +360,7 @@ class McpProxy:
                 self.tell(str(effect))
 
     def _ended(self, slot: SlotId) -> None:
-        """Forget what carried out a slot. The server may answer it all the same, but not what it was told to cancel."""
+        """Forget the request that carried out a slot. Without a cancel tool, a cancelled one is never answered."""
         number, bound = self._carries.pop(slot, 0), self.gate.binding.of(slot[0])
         if bound and not bound.cancel:
             self._pending.pop(number, None)
@@ -399,7 +399,7 @@ class McpProxy:
             self.gate.tell(CancelRefused(slot))
 
     def _finish(self, call: CallId) -> None:
-        """Give the client what the server has answered; if it has not, why it was stopped."""
+        """Give the client the response of the server, or if there is none, a tool error that says why it stopped."""
         found = self._forget(call)
         if found is None:
             return
@@ -410,7 +410,7 @@ class McpProxy:
             self._deny(found.client_id, rule, because, "stopped")
 
     def _deny(self, id: Any, rule: str, because: str | None, verb: str = "refused") -> None:
-        """Give the client a tool error; in a stateless session with the key that those have to have."""
+        """Give the client a tool error; in a stateless session with `resultType`, which is needed there."""
         complete = {"resultType": "complete"} if self._envelope else {}
         self._answer(lines.result(id, {**refusal(rule, because, verb), **complete}))
 
@@ -418,7 +418,7 @@ class McpProxy:
         self._send_prepared(self._polls[watch.name], Pending("tools/call", watch=watch))
 
     def _own(self, params: Json) -> Json:
-        """Return the parameters of a call of the gate itself, as the session wants them."""
+        """Return the parameters of a call of the gate itself, in a stateless session with `_meta`."""
         return {**params, "_meta": self._envelope} if self._envelope else params
 
     def _send(self, body: Json, pending: Pending) -> int:

@@ -1,4 +1,4 @@
-"""What tools answer, as the gate reads it, and the answers that the gate gives in their place."""
+"""Reads the results of MCP tool calls, and makes the calls and results that the gate sends itself."""
 
 import json
 from collections.abc import Mapping
@@ -13,26 +13,26 @@ from exover.model.event import Args
 from exover.model.wire import Json
 
 ENVELOPE = "io.modelcontextprotocol/"
-"""What begins the keys that each request of a stateless session carries."""
+"""The prefix of the `_meta` keys that each request of a stateless session carries."""
 MAX_TEXT = 1 << 20
-"""Characters of a text in which a JSON object is looked for."""
+"""The most characters of a text content that is read as a JSON object."""
 
 
 def refusal(rule: str, because: str | None, verb: str = "refused") -> Json:
-    """Return the result of a call that was refused, or stopped, by a rule."""
+    """Return the tool error for a call that was refused, or as `verb` says stopped, by a rule."""
     text = f"{verb} by {rule}" + (f": {because}" if because else "")
     meta = {"exover/rule": rule} | ({"exover/because": because} if because else {})
     return {"content": [{"type": "text", "text": text}], "isError": True, "_meta": meta}
 
 
 def succeeded(response: Message) -> bool:
-    """Return whether a tool has done what it was called for, as MCP has it."""
+    """Return whether MCP counts the tool call as successful: a result without `isError`."""
     found = response.body.get("result")
     return isinstance(found, dict) and found.get("isError") is not True
 
 
 def document(response: Message) -> Any:
-    """Return what a tool has answered: its structured content, else the first text that is a JSON object."""
+    """Return a tool result's structured content, else its first text that is a JSON object, else an empty object."""
     found = response.body.get("result")
     if not isinstance(found, dict):
         return {}
@@ -49,7 +49,10 @@ def document(response: Message) -> Any:
 
 
 def ending(bound: RequestBinding, response: Message) -> tuple[Json | None, str]:
-    """Return the report event that a response stands for, None if it tells that it runs; and what is strange in it."""
+    """Return the entries of the report that a response stands for, None if its status is `running`; and a complaint.
+
+    The complaint says that the status is not in the binding; else it is empty.
+    """
     found = response.body.get("result")
     if isinstance(found, dict) and found.get("resultType") == "input_required":
         return {"outcome": "interrupted"}, ""
@@ -64,7 +67,7 @@ def ending(bound: RequestBinding, response: Message) -> tuple[Json | None, str]:
 
 
 def own_call(bound: RequestBinding, args: Args) -> Json:
-    """Return the parameters of a call that the gate makes itself for a request."""
+    """Return the parameters of a `tools/call` that the gate makes itself, for what a launch rule requires."""
     arguments: Json = {}
     for field, value in zip(bound.arguments, args, strict=True):
         place(arguments, field.path, field.write(value))
@@ -74,7 +77,7 @@ def own_call(bound: RequestBinding, args: Args) -> Json:
 
 
 def envelope(params: Mapping[str, Any]) -> Json:
-    """Return what the requests of a stateless session have to carry, as one of them does."""
+    """Return the `_meta` entries of these parameters that all requests of a stateless session have to carry."""
     meta = params.get("_meta")
     if not isinstance(meta, dict):
         return {}
@@ -82,7 +85,7 @@ def envelope(params: Mapping[str, Any]) -> Json:
 
 
 def visible(body: Json, binding: Binding) -> Json:
-    """Return the response to `tools/list` without the tools that would be refused as unbound."""
+    """Return the response to `tools/list` without the tools whose calls would be refused as `unbound`."""
     found = body.get("result")
     if not isinstance(found, dict) or not isinstance(found.get("tools"), list):
         return body

@@ -1,4 +1,4 @@
-"""The streams and the server of a gate: threads that read and write, and one that decides."""
+"""Runs an MCP gate: starts the server, reads and writes the streams in threads, and decides in one thread."""
 
 import os
 import queue
@@ -15,29 +15,29 @@ from exover.gate.mcp.proxy import McpProxy
 
 CHUNK = 1 << 16
 PLENTY = 1000
-"""Chunks that wait to be looked at, before a reader waits itself."""
+"""The most chunks in the inbox; with more, the reading threads wait (back-pressure)."""
 AT_ONCE = 16
-"""Chunks that are taken before we look at the clock again."""
+"""The most further chunks that are taken before the deadlines are looked at again."""
 UNREAD = 64 << 20
-"""Bytes that wait for one who does not read; with more he is taken for gone."""
+"""The most bytes that wait to be written to a side; with more, that side counts as gone."""
 PATIENCE = 5.0
-"""Seconds that a server has to end once its input is closed, and once more after it was told to."""
+"""Seconds that the server has to end after its input is closed, and again after SIGTERM."""
 TURN = 1.0
-"""Seconds after which we look up at the latest, so that signals are heard."""
+"""The longest wait for input in seconds, so that signals are noticed."""
 
 Source = Literal["client", "server"]
 
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """What was read; nothing at the end."""
+    """Bytes that were read from a source; empty at the end of the stream."""
 
     source: Source
     data: bytes
 
 
 class LineWriter:
-    """Writes to a stream in a thread of its own, so that who does not read holds up nobody else."""
+    """Writes to a stream in a thread of its own, so that a peer that does not read blocks nothing else."""
 
     def __init__(self, file: int, gone: Callable[[], None]) -> None:
         self._file = file
@@ -49,7 +49,7 @@ class LineWriter:
         self._thread.start()
 
     def __call__(self, line: bytes) -> None:
-        """Write a line, some time."""
+        """Queue a line; if more than `UNREAD` bytes wait, call `gone` in its place."""
         with self._lock:
             self._unread += len(line)
             full = self._unread > UNREAD
@@ -59,7 +59,7 @@ class LineWriter:
             self._queue.put(line)
 
     def close(self, patience: float) -> None:
-        """Close the stream once all is written, or nobody reads it for so long."""
+        """Close the stream once all lines are written; wait for that at most `patience` seconds."""
         self._queue.put(None)
         self._thread.join(patience)
 
@@ -79,15 +79,15 @@ class LineWriter:
 
 
 class McpSession:
-    """A client on two streams, a server as a process, and what is done with their lines."""
+    """A client on two streams, a server in a process, and the loop that gives their lines to the proxy."""
 
     def __init__(self, command: Sequence[str], client: tuple[int, int]) -> None:
-        """Start the server; raises `OSError` if that is not possible. `client`: where it is read and written."""
+        """Start the server; raises `OSError` if that fails. `client`: descriptors to read from and to write to."""
         self._inbox: queue.Queue[Chunk] = queue.Queue(PLENTY)
         self._server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         assert self._server.stdin is not None and self._server.stdout is not None
         self._deaf: set[Source] = set()
-        """Who cannot be written to any more."""
+        """The sides that cannot be written to any more."""
         self.to_client = LineWriter(client[1], lambda: self._deaf.add("client"))
         self.to_server = LineWriter(_own(self._server.stdin), lambda: self._deaf.add("server"))
         self._read("client", client[0])
@@ -106,9 +106,10 @@ class McpSession:
         threading.Thread(target=run, daemon=True).start()
 
     def run(self, proxy: McpProxy, longest: int) -> bool:
-        """Serve until the client is gone and what runs has ended; return whether all went well to its end.
+        """Serve until the client has gone and what runs has ended or is given up.
 
-        A signal that raises is taken as the client's end, and raised again.
+        Returns whether the server is still there and nothing was given up. An exception, as of a signal, counts as the
+        client's end and is raised again.
         """
         self._cutters = {source: LineCutter(longest) for source in ("client", "server")}
         self._there = {"client": True, "server": True}
@@ -121,7 +122,7 @@ class McpSession:
         return self._there["server"] and not proxy.active
 
     def _turn(self, proxy: McpProxy, most: float) -> None:
-        """Do what is due, and take what comes next, if anything comes in time."""
+        """Wait for input at most `most` seconds or until the next deadline; take it, and do what is due."""
         with suppress(queue.Empty):
             self._take(proxy, self._inbox.get(timeout=max(0.0, min(most, proxy.due - monotonic()))))
             for _ in range(AT_ONCE):
@@ -150,7 +151,7 @@ class McpSession:
             proxy.server_gone()
 
     def _finish(self, proxy: McpProxy) -> None:
-        """Stop what runs, wait for that, and end the server; each of them is done even if the one before it fails."""
+        """Stop what runs, wait for its end, and end the server; each step is done even if the one before it fails."""
         with ExitStack() as rest:
             rest.callback(self._end)
             rest.callback(self._wait, proxy)
@@ -158,14 +159,14 @@ class McpSession:
                 self._gone(proxy, "client")
 
     def _wait(self, proxy: McpProxy) -> None:
-        """Wait for what was told to stop, as long as its deadline."""
+        """Wait for what was active when the client went, at most the longest stop deadline."""
         until = monotonic() + proxy.gate.binding.longest_stop
         while self._there["server"] and proxy.active and monotonic() < until:
             self._turn(proxy, 0.1)
         proxy.give_up()
 
     def _end(self) -> None:
-        """End the server, and write to the client what there is."""
+        """Close the server's input, end it, with SIGTERM and SIGKILL if need be, and flush to the client."""
         self.to_server.close(PATIENCE)
         for end in (self._server.terminate, self._server.kill):
             try:
@@ -178,7 +179,7 @@ class McpSession:
 
 
 def _own(stream: IO[bytes]) -> int:
-    """Return a descriptor of our own for a stream, which is closed."""
+    """Return a duplicate of a stream's descriptor, and close the stream."""
     file = os.dup(stream.fileno())
     stream.close()
     return file

@@ -1,4 +1,4 @@
-"""One action between its clients and its server: what becomes of each message, without I/O (docs/gate.md)."""
+"""The proxy of one action: decides what is done with each message of clients and server, without I/O (docs/gate.md)."""
 
 import math
 
@@ -15,11 +15,11 @@ from exover.model.event import Args, Ending
 from exover.model.state import SlotId
 
 STATUS_OF: dict[Ending, int] = {"ok": cdr.SUCCEEDED, "interrupted": cdr.CANCELED, "failed": cdr.ABORTED}
-"""With which status a goal ends whose server has not said one."""
+"""The goal status for an outcome, where the server has not told a result."""
 
 
 class ActionProxy:
-    """One action, which may be several requests; its outer name is served, its inner name is called."""
+    """One action, bound to one or more requests: an action server of the outer name, a client of the inner name."""
 
     def __init__(self, outside: Outside, bounds: tuple[RequestBinding, ...]) -> None:
         self._outside = outside
@@ -35,16 +35,16 @@ class ActionProxy:
         self._strays = Strays(outside, bounds, self._to_server, self._slots)
         self._servers = Servers(outside, self.inner, self.requests, "goal")
         self._shown: dict[bytes, int] = {}
-        """The status array of the server as it has shown it last."""
+        """The last status array of the server: status by goal id."""
 
     # ---- ports ----
 
     def _up(self, part: PortPart, goal_peer: int, header: bytes, body: bytes) -> None:
-        """Answer a client."""
+        """Send a client a service response; `header` is that of its request."""
         self._outside.send(Port("outer", self.outer, part), cdr.service(header, body), goal_peer)
 
     def _to_server(self, part: PortPart, body: bytes, about: object) -> None:
-        """Ask the server."""
+        """Send the server a service request; `about` comes back with its reply."""
         port = Port("inner", self.inner, part)
         self._outside.send(port, cdr.service(self._outside.own.header(port, about), body), 0)
 
@@ -52,7 +52,7 @@ class ActionProxy:
         self._outside.send(Port("outer", self.outer, "status"), cdr.topic(self._goals.statuses()), 0)
 
     def from_client(self, part: PortPart, data: bytes, peer: int) -> None:
-        """Take a request of a client."""
+        """Take a service request of a client: `send_goal`, `cancel_goal` or `get_result`."""
         if part == "send_goal":
             self._asked(data, peer)
         elif part == "cancel_goal":
@@ -61,7 +61,7 @@ class ActionProxy:
             self._result_wanted(data, peer)
 
     def from_server(self, part: PortPart, data: bytes, peer: int) -> None:
-        """Take a reply, feedback or a status array."""
+        """Take a service reply, feedback or a status array of the server."""
         if part == "feedback":
             self._feedback(data)
         elif part == "status":
@@ -118,7 +118,7 @@ class ActionProxy:
             goal.waiting.append((peer, header))
 
     def client_gone(self, client: str) -> None:
-        """Forget what waited for a client; the gate has been told."""
+        """End the held goals of a client as CANCELED; the gate has been told that it is gone."""
         for goal in self._goals:
             if goal.phase == "held" and goal.call and goal.call.client == client:
                 self._end(goal, cdr.CANCELED)
@@ -126,11 +126,11 @@ class ActionProxy:
     # ---- effects ----
 
     def knows(self, call: CallId) -> bool:
-        """Return whether a call is a goal of this action that is not ended."""
+        """Return whether a call is a goal of this action that has not ended."""
         return call in self._calls
 
     def forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
-        """Send a goal on; without a call one of the gate's own."""
+        """Send the goal of a call to the server; without a call, make a goal of the gate's own and send that."""
         goal = self._calls.get(call) if call else self._own_goal(slot, args)
         if goal is None:
             return
@@ -151,7 +151,7 @@ class ActionProxy:
         return goal
 
     def hold(self, call: CallId) -> None:
-        """Accept a goal that waits."""
+        """Accept a goal that waits, and publish the status array."""
         goal = self._calls[call]
         goal.phase = "held"
         self._accept(goal)
@@ -164,7 +164,7 @@ class ActionProxy:
             goal.header = None
 
     def refuse(self, call: CallId, rule: str, because: str | None) -> None:
-        """Refuse a goal; one that was accepted ends as ABORTED. No message has a place for the reason."""
+        """Do not accept a goal; one that was accepted before ends as ABORTED. No message has a field for a reason."""
         goal = self._calls[call]
         if goal.header is None:
             self._end(goal, cdr.ABORTED)
@@ -172,7 +172,7 @@ class ActionProxy:
             self._deny(goal)
 
     def _deny(self, goal: ActionGoal) -> None:
-        """Tell the client that its goal is not accepted, and forget it."""
+        """Tell the client that its goal is not accepted, and forget the goal."""
         if goal.header is not None:
             self._up("send_goal", goal.peer, goal.header, cdr.goal_reply(False, self._outside.now()))
         goal.header, goal.phase = None, "ended"
@@ -181,7 +181,7 @@ class ActionProxy:
             self._calls.pop(goal.call, None)
 
     def stop(self, slot: SlotId) -> None:
-        """Tell the server to cancel what runs in a slot, once it has accepted it."""
+        """Tell the server to cancel the goal in a slot: at once if it has accepted it, else as soon as it does."""
         goal = self._slots.get(slot)
         if goal is None:
             self._strays.stop(slot)
@@ -193,7 +193,7 @@ class ActionProxy:
             self._publish()
 
     def finish(self, slot: SlotId, call: CallId | None, outcome: Ending) -> None:
-        """Give the client what the server has answered."""
+        """End the goal in a slot that has ended, with the server's result if there is one, else with zeros."""
         goal = self._slots.pop(slot, None)
         if goal is None or goal.phase == "ended":
             return
@@ -215,13 +215,13 @@ class ActionProxy:
         self._publish()
 
     def _nothing(self, status: int) -> bytes:
-        """Return a result of zeros with a status."""
+        """Return the body of a `get_result` response with a status and a result of zeros."""
         return bytes((status,)) + self._outside.codec.write(f"{self._type}_GetResult_Response")[1:]
 
     # ---- the server ----
 
     def _taken(self, goal: ActionGoal, answer: GoalReply) -> None:
-        """Take the answer of the server to a goal; the first one counts."""
+        """Take the server's answer to a goal, of `send_goal` or its status array; the first one counts."""
         if goal.phase != "sent" or goal.slot is None:
             return
         if goal.header is not None:
@@ -234,7 +234,7 @@ class ActionProxy:
             self._gate.report(goal.slot, {"outcome": "failed"})
 
     def _runs(self, goal: ActionGoal, slot: SlotId, stamp: Stamp) -> None:
-        """Let the server have accepted a goal."""
+        """Note that the server has accepted a goal, and ask for its result."""
         goal.phase = "running"
         if goal.status == cdr.UNKNOWN:
             goal.stamp, goal.status = stamp, cdr.ACCEPTED
@@ -279,7 +279,7 @@ class ActionProxy:
             self._outside.send(Port("outer", self.outer, "feedback"), data, 0)
 
     def _status(self, data: bytes) -> None:
-        """Take the status array of the server, which shows no goal that it has refused."""
+        """Take the server's status array; a goal in it was accepted, since refused goals are never in it."""
         self._shown, advanced = {}, False
         for id, seconds, nanoseconds, status in cdr.read_statuses(data):
             self._shown[id] = status
@@ -297,13 +297,13 @@ class ActionProxy:
             self._strays.shown(self._foreign())
 
     def _foreign(self) -> list[bytes]:
-        """Return the active goals of others."""
+        """Return the ids of active goals in the server's status array that are not this gate's."""
         return [id for id, status in self._shown.items() if status in cdr.ACTIVE and not self._goals.known(id)]
 
     # ---- whether the server is there ----
 
     def servers(self, found: frozenset[str]) -> None:
-        """Take which processes serve this action now."""
+        """Take the keys of the processes that serve this action now."""
         self._servers.become(found, self._gone, lambda seen: self._strays.came(self._foreign(), seen))
 
     def _gone(self) -> None:
@@ -312,12 +312,12 @@ class ActionProxy:
 
     @property
     def due(self) -> float:
-        """When `tick` has something to do."""
+        """The next time at which `tick` has something to do; infinite if there is none."""
         again = min((goal.again for goal in self._slots.values()), default=math.inf)
         return min(again, self._strays.due) if self._servers else math.inf
 
     def tick(self) -> None:
-        """Let time pass."""
+        """Repeat the requests to the server whose answers are overdue."""
         if not self._servers:
             return
         now = self._outside.clock()

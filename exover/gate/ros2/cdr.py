@@ -1,7 +1,7 @@
-"""The messages of the action protocol that a gate reads and writes itself, as XCDR1 in the byte order of this machine.
+"""The messages of the action protocol that the gate reads and writes itself: XCDR1, in this machine's byte order.
 
-Layouts: action_msgs and unique_identifier_msgs of ROS 2. A service message begins with 4 bytes of encapsulation and 16
-bytes that are the client's own; nothing of them is read but those of the gate's own requests.
+Layouts: action_msgs and unique_identifier_msgs of ROS 2. A service message begins with 4 bytes of encapsulation and a
+header of 16 bytes that belongs to the client; the gate reads the header of its own requests only.
 """
 
 import struct
@@ -12,20 +12,20 @@ from typing import NamedTuple
 ORDER = "<" if sys.byteorder == "little" else ">"
 ENCAPSULATION = bytes((0, int(sys.byteorder == "little"), 0, 0))
 BODY = 4
-"""Where the body of a message of a topic begins."""
+"""Offset in bytes of the body of a topic message."""
 HEAD = 20
-"""Where the body of a service message begins."""
+"""Offset in bytes of the body of a service message."""
 ID = 16
 """Bytes of a goal id."""
 NO_ID = bytes(ID)
-"""In a cancel, the id that means all goals."""
+"""The goal id of zeros, which means all goals in a cancel request."""
 
 UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
-"""Statuses of a goal."""
+"""Goal statuses (action_msgs/msg/GoalStatus)."""
 ACTIVE = (ACCEPTED, EXECUTING, CANCELING)
 ENDED = (SUCCEEDED, CANCELED, ABORTED)
 CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
-"""Return codes of a cancel."""
+"""Return codes of `cancel_goal` (action_msgs/srv/CancelGoal)."""
 
 _GOAL_REPLY = struct.Struct(f"{ORDER}?3xiI")
 _GOAL_INFO = struct.Struct(f"{ORDER}16siI")
@@ -43,14 +43,14 @@ class Stamp(NamedTuple):
 
 
 class GoalReply(NamedTuple):
-    """How a server answers a goal: whether it accepts it, and when it did."""
+    """A server's response to `send_goal`: whether it accepts the goal, and when."""
 
     accepted: bool
     stamp: Stamp
 
 
 class GoalInfo(NamedTuple):
-    """Which goal, and when it was accepted."""
+    """A goal id, and when the goal was accepted (action_msgs/msg/GoalInfo)."""
 
     id: bytes
     stamp: Stamp
@@ -60,7 +60,7 @@ NEVER = Stamp(0, 0)
 
 
 def plain(data: bytes, least: int) -> bool:
-    """Return whether a message is XCDR1 in the order of this machine, and has so many bytes."""
+    """Return whether a message is XCDR1 in this machine's byte order and has at least `least` bytes."""
     return data[:2] == ENCAPSULATION[:2] and len(data) >= least
 
 
@@ -70,17 +70,17 @@ def service(header: bytes, body: bytes) -> bytes:
 
 
 def topic(body: bytes) -> bytes:
-    """Return a message of a topic."""
+    """Return a topic message."""
     return ENCAPSULATION + body
 
 
 def goal_reply(accepted: bool, stamp: Stamp) -> bytes:
-    """Return the body of a response of `send_goal`."""
+    """Return the body of a `send_goal` response."""
     return _GOAL_REPLY.pack(accepted, *stamp)
 
 
 def read_goal_reply(data: bytes) -> GoalReply | None:
-    """Return what a response of `send_goal` says, None if it is too short."""
+    """Return the content of a `send_goal` response; None if it is too short."""
     if len(data) < HEAD + _GOAL_REPLY.size:
         return None
     accepted, *stamp = _GOAL_REPLY.unpack_from(data, HEAD)
@@ -88,23 +88,26 @@ def read_goal_reply(data: bytes) -> GoalReply | None:
 
 
 def cancel_request(goal: bytes) -> bytes:
-    """Return the body of a request that cancels one goal, or all by `NO_ID`."""
+    """Return the body of a `cancel_goal` request for one goal, or with `NO_ID` for all."""
     return _GOAL_INFO.pack(goal, *NEVER)
 
 
 def read_cancel(data: bytes) -> GoalInfo | None:
-    """Return what a request of `cancel_goal` is about, None if it is too short."""
+    """Return the goal info in a `cancel_goal` request; None if it is too short."""
     return _info(data, HEAD) if len(data) >= HEAD + _GOAL_INFO.size else None
 
 
 def cancel_reply(code: int, goals: Iterable[GoalInfo]) -> bytes:
-    """Return the body of a response of `cancel_goal`."""
+    """Return the body of a `cancel_goal` response."""
     found = [_GOAL_INFO.pack(each.id, *each.stamp) for each in goals]
     return _CANCEL_REPLY.pack(code, len(found)) + b"".join(found)
 
 
 def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
-    """Return the code of a response of `cancel_goal`, and the goals that are cancelled."""
+    """Return the return code of a `cancel_goal` response, and the ids of the goals that it cancels.
+
+    A response that is too short is read as rejected; of a list that is cut off, the whole entries are read.
+    """
     code, count = _CANCEL_REPLY.unpack_from(data, HEAD) if len(data) >= HEAD + _CANCEL_REPLY.size else (1, 0)
     start = HEAD + _CANCEL_REPLY.size
     count = min(count, (len(data) - start) // _GOAL_INFO.size)
@@ -112,7 +115,7 @@ def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
 
 
 def status_entry(goal: GoalInfo, status: int) -> bytes:
-    """Return a goal of a status array. Each but the first begins behind an odd number of bytes."""
+    """Return a goal's entry in a status array, with the padding that all but the first have behind the id."""
     return _STATUS.pack(goal.id, *goal.stamp, status)
 
 
@@ -123,7 +126,7 @@ def statuses(entries: Iterable[bytes]) -> bytes:
 
 
 def read_statuses(data: bytes) -> Iterator[tuple[bytes, int, int, int]]:
-    """Yield the goals of a status array, as far as it is whole: id, the two parts of the stamp, and status."""
+    """Yield id, seconds and nanoseconds of the stamp, and status for each whole entry of a status array."""
     start = BODY + _COUNT.size
     (count,) = _COUNT.unpack_from(data, BODY) if len(data) >= start else (0,)
     entries = data[start : start + ID] + bytes(PADDING) + data[start + ID :]

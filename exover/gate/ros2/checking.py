@@ -1,4 +1,4 @@
-"""Whether a binding can be served by ROS 2: its names, its types, and the fields that it names."""
+"""Checks whether a binding can be served on ROS 2: its names, its types, and the fields that it names."""
 
 from collections.abc import Iterable, Iterator
 
@@ -11,7 +11,7 @@ KINDS = {"action": "action", "service": "srv"}
 
 
 def mistakes(binding: Binding, interfaces: Interfaces, apart: bool) -> Iterator[str]:
-    """Yield what is wrong with a binding, and let its types be known; `apart`: inner names have their own domain."""
+    """Yield the mistakes of a binding, and load its types; `apart` iff inner names have a DDS domain of their own."""
     for bound in binding.requests:
         if bound.kind == "tool":
             yield f"{bound.request} is bound to a tool of MCP, and this gate serves ROS 2"
@@ -58,7 +58,7 @@ def _topic(binding: Binding, watch: Watch, interfaces: Interfaces) -> Iterator[s
 
 
 def _unknown(type_: str, kind: str, interfaces: Interfaces) -> str:
-    """Let a type be known; return why it cannot be, nothing if it is."""
+    """Load a type; return why it cannot be loaded, an empty text if it is."""
     if not is_type(type_, kind):
         return f"the type is `{type_}`, and not as in package/{kind}/Name"
     try:
@@ -75,7 +75,7 @@ def _missing(about: str, interfaces: Interfaces, type_: str, paths: Iterable[Fie
 
 
 def _shared(binding: Binding) -> Iterator[str]:
-    """Yield what is wrong where several requests are bound to one name."""
+    """Yield mistakes in names that several requests, or watches, share."""
     known: dict[tuple[str, str], RequestBinding] = {}
     inner: dict[tuple[str, str], str] = {}
     for bound in binding.requests:

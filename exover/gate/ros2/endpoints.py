@@ -1,4 +1,4 @@
-"""Readers and writers of DDS, for the ports of a gate; needs `cyclonedds`."""
+"""DDS readers and writers, with their QoS, for the ports of a gate; needs `cyclonedds`."""
 
 import ctypes
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 EVERYTHING = 0x7FFF0100
-"""The handle of all of DDS in this process (`DDS_CYCLONEDDS_HANDLE`)."""
+"""The handle of the root entity of DDS in this process (`DDS_CYCLONEDDS_HANDLE`)."""
 UNSIGNED = (1 << 64) - 1
 SECOND = 1_000_000_000
-"""As DDS counts time: in nanoseconds."""
+"""A second in the unit of DDS durations, nanoseconds."""
 AT_ONCE = 100
-"""Samples that are taken before another reader has its turn."""
+"""The most samples that are taken from one reader in its turn."""
 WORD = 4
-"""Of how many bytes the length of a message is a multiple."""
+"""Messages are padded to a multiple of so many bytes."""
 _ANY = ViewState.Any | InstanceState.Any | SampleState.Any
 _RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
 _XCDR1 = Policy.DataRepresentation(use_cdrv0_representation=True)
@@ -35,9 +35,9 @@ REQUESTS = Qos(
     Policy.History.KeepAll,
     Policy.ResourceLimits(max_samples=10_000, max_instances=-1, max_samples_per_instance=-1),
 )
-"""Of readers: what has come is kept until it is taken; with more than this their writers have to wait."""
+"""Readers keep each sample until it is taken; when the limit is reached, writers have to wait (back-pressure)."""
 REPLIES = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(1000))
-"""Of writers: one who does not read holds up nobody."""
+"""Writers keep only the last replies, so that a client that does not read blocks nobody."""
 FEEDBACK = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(100))
 LATCHED = Qos(_XCDR1, _RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
 DECISIONS = Qos(
@@ -57,20 +57,20 @@ WATCHED = Qos(_XCDR1, Policy.Reliability.BestEffort, _VOLATILE, Policy.History.K
 
 
 class _All:
-    """What a `WaitSet` is made for: everything in this process, of any domain."""
+    """Stands for a participant when a `WaitSet` is made: all of DDS in this process, of any domain."""
 
     _ref = EVERYTHING
 
 
 class Waiting(WaitSet):
-    """Waits for entities and says which have something to tell, each by its number."""
+    """A wait set that returns the numbers of the entities that have triggered."""
 
     def __init__(self) -> None:
         super().__init__(_All())  # type: ignore[arg-type]
         self._found = (ctypes.c_void_p * 0)()
 
     def watch(self, entity: Any, number: int) -> None:
-        """Wait for an entity as well; `number` is above 0."""
+        """Attach an entity; `number`, above 0, stands for it."""
         done = self._waitset_attach(self._ref, entity._ref, number)
         if done < 0:
             raise DDSException(done, "while an entity was attached")
@@ -78,7 +78,7 @@ class Waiting(WaitSet):
         self._found = (ctypes.c_void_p * len(self.attached))()
 
     def ready(self, seconds: float) -> list[int]:
-        """Return the numbers of entities that have something to tell, once there is one or the time is over."""
+        """Return the numbers of the entities that have triggered, once there is one or after `seconds`."""
         count = self._waitset_wait(self._ref, self._found, len(self._found), max(0, int(seconds * SECOND)))
         if count < 0:
             raise DDSException(count, "while the gate was waiting")
@@ -103,11 +103,11 @@ class TopicWriter:
             raise DDSException(status, "while a message was written")
 
     def changed(self) -> None:
-        """Take note that other readers match."""
+        """Reset the status that says that the matching readers have changed."""
         self.entity.get_publication_matched_status()
 
     def readers(self) -> Iterator[Any]:
-        """Yield the descriptions of the readers that match."""
+        """Yield the discovery data of the matching readers."""
         for handle in self.entity.get_matched_subscriptions():
             found = self.entity.get_matched_subscription_data(handle)
             if found is not None:
@@ -127,7 +127,7 @@ class TopicReader:
         self.condition = ReadCondition(self.entity, _ANY)
 
     def take(self) -> list[tuple[bytes, int]]:
-        """Return the messages that have come, each with the handle of who wrote it; not more than `AT_ONCE`.
+        """Return at most `AT_ONCE` messages that have arrived, each with the handle of its writer.
 
         Raises `DDSException`.
         """
@@ -137,15 +137,15 @@ class TopicReader:
         return [(data, info.publication_handle) for data, info in taken if info.valid_data]
 
     def changed(self) -> None:
-        """Take note that other writers match."""
+        """Reset the status that says that the matching writers have changed."""
         self.entity.get_subscription_matched_status()
 
     def handles(self) -> set[int]:
-        """Return the handles of the writers that match, as messages have them: without a sign."""
+        """Return the handles of the matching writers as unsigned numbers, as messages have them."""
         return {handle & UNSIGNED for handle in self.entity.get_matched_publications()}
 
     def writers(self) -> Iterator[Any]:
-        """Yield the descriptions of the writers that match."""
+        """Yield the discovery data of the matching writers."""
         for handle in self.entity.get_matched_publications():
             found = self.entity.get_matched_publication_data(handle)
             if found is not None:
@@ -153,7 +153,7 @@ class TopicReader:
 
 
 def key_of(endpoint: Any) -> str:
-    """Return what the two ends of one client have in common: its own name for them, else their process."""
+    """Return a key that reader and writer of one client share: `clientid` in their user data, else the participant."""
     for policy in endpoint.qos:
         if isinstance(policy, Policy.Userdata):
             for entry in bytes(policy.data).split(b";"):

@@ -1,4 +1,4 @@
-"""Where the definitions of types stand: folders of packages, as the `share` of a ROS installation is."""
+"""Finds definitions of types in folders of packages, as the `share` of a ROS installation is."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,7 +7,7 @@ from exover.gate.ros2.interfaces import Find, UnknownType
 
 
 def finder(folders: Sequence[str], environment: Mapping[str, str]) -> Find:
-    """Return what finds the text of a type in these folders, then below each prefix in `AMENT_PREFIX_PATH`."""
+    """Return a function that finds a type's text in these folders, or below a prefix in `AMENT_PREFIX_PATH`."""
     prefixes = [each for each in environment.get("AMENT_PREFIX_PATH", "").split(":") if each]
     places = [Path(each) for each in folders] + [Path(each) / "share" for each in prefixes]
 

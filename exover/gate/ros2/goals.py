@@ -1,4 +1,4 @@
-"""Goals of one action, as a gate knows them: open ones, and the last that have ended."""
+"""The goals of one action that the gate knows: the open ones, and the last ones that ended."""
 
 import math
 from collections import deque
@@ -13,18 +13,18 @@ from exover.gate.ros2.cdr import NEVER, GoalInfo, Stamp
 from exover.model.state import SlotId
 
 KEPT = 1000
-"""Goals that have ended and whose results can still be asked for."""
+"""The most ended goals whose results are kept."""
 KEPT_BYTES = 64 << 20
-"""Bytes of their results."""
+"""The most bytes of their results in sum; the last result is kept at any size."""
 SHOWN = 10
-"""Goals that have ended and are still in the status array."""
+"""The most ended goals in the status array."""
 MAX_WAITING = 1000
-"""Who may ask for the result of one goal at once."""
+"""The most open requests for the result of one goal."""
 
 
 @dataclass(slots=True)
 class ActionGoal:
-    """A goal; `body` is its request without the header. `header`: that of the client, until it has its answer."""
+    """A goal; `body`: its `send_goal` request without the header; `header`: the client's, until it is answered."""
 
     id: bytes
     body: bytes
@@ -35,48 +35,48 @@ class ActionGoal:
     status: int = cdr.UNKNOWN
     slot: SlotId | None = None
     phase: Literal["new", "held", "sent", "running", "refused", "ended"] = "new"
-    """At the server; `refused`: by the server."""
+    """Where the goal is; `sent`: the server has not answered yet; `refused`: by the server."""
     stop: bool = False
     again: float = math.inf
-    """When the server is asked for the result again: it shows the goal to have ended, and has not told it."""
+    """When to ask for the result again, since the status array shows the end and no result has come; else infinite."""
     result: bytes | None = None
-    """What the server has answered to `get_result`: its body."""
+    """The body of the server's `get_result` response."""
     waiting: list[tuple[int, bytes]] = field(default_factory=list)
-    """Who has asked for the result: peers and their headers."""
+    """Open requests for the result: peers and their headers."""
 
     @property
     def info(self) -> GoalInfo:
-        """Return its id, and when it was accepted."""
+        """The goal id, and when the goal was accepted."""
         return GoalInfo(self.id, self.stamp)
 
 
 class ActionGoals:
-    """The goals of an action by id."""
+    """The goals of an action, by id."""
 
     def __init__(self) -> None:
         self._open: dict[bytes, ActionGoal] = {}
         self._ended: dict[bytes, ActionGoal] = {}
         self._shown = deque[bytes](maxlen=SHOWN)
-        """What the status array says of the last that have ended."""
+        """Status array entries of the last goals that ended."""
         self._bytes = 0
 
     def __iter__(self) -> Iterator[ActionGoal]:
         return iter(tuple(self._open.values()))
 
     def open(self, id: bytes) -> ActionGoal | None:
-        """Return an open goal."""
+        """Return the open goal with this id; None if there is none."""
         return self._open.get(id)
 
     def ended(self, id: bytes) -> ActionGoal | None:
-        """Return a goal that has ended not long ago."""
+        """Return the ended goal with this id; None if there is none, or it is not kept any more."""
         return self._ended.get(id)
 
     def known(self, id: bytes) -> bool:
-        """Return whether a goal is open, or has ended not long ago."""
+        """Return whether a goal with this id is open, or ended and still kept."""
         return id in self._open or id in self._ended
 
     def add(self, goal: ActionGoal) -> None:
-        """Know a goal."""
+        """Add an open goal."""
         self._open[goal.id] = goal
 
     def drop(self, goal: ActionGoal) -> None:
@@ -85,7 +85,7 @@ class ActionGoals:
             del self._open[goal.id]
 
     def end(self, goal: ActionGoal, status: int, result: bytes) -> None:
-        """Let an open goal have ended."""
+        """Move an open goal to the ended ones; forget the oldest of these beyond `KEPT` and `KEPT_BYTES`."""
         self.drop(goal)
         goal.phase, goal.status, goal.result, goal.body = "ended", status, result, b""
         self._ended[goal.id] = goal
@@ -96,12 +96,12 @@ class ActionGoals:
             self._bytes -= len(oldest.result or b"")
 
     def statuses(self) -> bytes:
-        """Return the body of the status array: what has been accepted, and the last that ended."""
+        """Return the body of the status array: the last goals that ended, then the open ones that were accepted."""
         open_ = (each for each in self._open.values() if each.status != cdr.UNKNOWN)
         return cdr.statuses([*self._shown, *(cdr.status_entry(each.info, each.status) for each in open_)])
 
     def meant_by(self, info: GoalInfo) -> list[ActionGoal]:
-        """Return the goals of clients that a cancel is about (action_msgs/srv/CancelGoal)."""
+        """Return the open goals of clients that a cancel request means (action_msgs/srv/CancelGoal)."""
         whole = info.id == cdr.NO_ID
         early = info.stamp if info.stamp != NEVER else None
         return [

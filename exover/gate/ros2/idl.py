@@ -1,6 +1,6 @@
-"""Types of ROS 2 as types of DDS, whose samples stay bytes; needs `cyclonedds`.
+"""ROS 2 types as DDS types, whose samples stay bytes; needs `cyclonedds`.
 
-DDS has to know the whole type: by it, it announces the topic, drops samples that are none, and mends their byte order.
+DDS needs the whole type to announce the topic, to drop samples of other types, and to convert their byte order.
 """
 
 from functools import cache
@@ -35,14 +35,14 @@ HEADER: dict[str, Any] = {"client_": idl.uint64, "number_": idl.int64}
 
 
 class SampleTypes:
-    """Makes classes by which DDS knows a type; no object of them is made."""
+    """Makes the classes that describe a type to DDS; they are never instantiated."""
 
     def __init__(self, interfaces: Interfaces) -> None:
         self._interfaces = interfaces
         self.message = cache(lambda name: _class(name, self._fields(name)))
-        """Returns the class of messages of a topic. Raises `UnknownType`."""
+        """Returns the class of a topic's messages. Raises `UnknownType`."""
         self.service = cache(lambda name: _class(name, {**HEADER, **self._fields(name)}))
-        """Returns the class of requests or of responses of a service. Raises `UnknownType`."""
+        """Returns the class of a service's requests, or responses: the type behind the header. Raises `UnknownType`."""
 
     def _fields(self, name: str) -> dict[str, Any]:
         return {key: self._kind(name, kind) for key, kind in self._interfaces.fields(name)}

@@ -1,4 +1,4 @@
-"""Types of ROS 2 by name: where their texts are found, and messages of them as objects; needs `rosbags`."""
+"""ROS 2 types by name: loads their definitions, reads and writes their messages; needs `rosbags`."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -17,10 +17,10 @@ from exover.gate.ros2.picking import Picker
 from exover.imports.ros import RULER
 
 Find = Callable[[str], str | None]
-"""Returns the text of a type `package/kind/Name`, None if there is none."""
+"""Returns the definition of a type `package/kind/Name` as text; None if there is none."""
 PARTS = {"action": ("Goal", "Result", "Feedback"), "srv": ("Request", "Response")}
 FILLER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
-"""What ROS 2 puts into a message that has no field."""
+"""The field that ROS 2 adds to a message without fields."""
 _DERIVED = """
 unique_identifier_msgs/UUID goal_id
 {name}_Goal goal
@@ -52,14 +52,14 @@ CANCEL = "action_msgs/srv/CancelGoal"
 
 
 class UnknownType(Exception):
-    """A type is found nowhere, or is no definition; the text says which."""
+    """A type is not found, or its definition cannot be used; the text says which type."""
 
 
 _PLAIN = (float, int, str, bool)
 
 
 class Seen(Mapping[str, Any], Located):
-    """A message, looked at field by field."""
+    """A read-only mapping over a message: field by name, with lists and nested messages wrapped on demand."""
 
     def __init__(self, message: Any) -> None:
         self._message = message
@@ -77,7 +77,7 @@ class Seen(Mapping[str, Any], Located):
         return Seen(found)
 
     def at(self, path: FieldPath) -> Any:
-        """Return what is at a path, or `MISSING`."""
+        """Return the value at a path, or `MISSING`."""
         try:
             found = _getter(path)(self._message)
         except (AttributeError, TypeError):  # it is not there, or in a list
@@ -101,12 +101,12 @@ def _getter(path: FieldPath) -> Callable[[Any], Any]:
 
 @cache
 def _names(type_: type) -> Mapping[str, None]:
-    """Return the fields of a type of messages, without its constants."""
+    """Return the field names of a message type, without its constants, as the keys of a mapping."""
     return dict.fromkeys(each.name for each in fields(type_) if "ClassVar" not in str(each.type))
 
 
 class Interfaces:
-    """The types that a gate needs, and what they need; `find` gives their texts."""
+    """The types that were loaded, with all types that they contain; `find` gives their definitions."""
 
     def __init__(self, find: Find) -> None:
         self._find = find
@@ -116,11 +116,11 @@ class Interfaces:
     # ---- which types there are ----
 
     def action_services(self) -> None:
-        """Know the cancel service, which all actions share."""
+        """Load the cancel service, which all actions share."""
         self._sections(CANCEL, _CANCEL, PARTS["srv"])
 
     def load(self, name: str) -> None:
-        """Know a type `package/kind/Name` and all that it is made of. Raises `UnknownType`."""
+        """Load a type `package/kind/Name` and all types that it contains. Raises `UnknownType`."""
         kind = name.split("/")[1]
         if kind == "msg":
             self._message(name, ())
@@ -166,11 +166,11 @@ class Interfaces:
         self._store.register(definition)
 
     def fields(self, name: str) -> Sequence[tuple[str, Any]]:
-        """Return the fields of a known message, each with its kind as `rosbags` has it."""
+        """Return name and kind of each field of a loaded message type; the kind as `rosbags` represents it."""
         return self._store.fielddefs[name][1]
 
     def has(self, name: str, path: FieldPath) -> bool:
-        """Return whether a known message can have something at a path."""
+        """Return whether messages of a loaded type can have a value at a path."""
         kind: Any = (Nodetype.NAME, name)
         for key in path:
             node, argument = kind
@@ -187,21 +187,21 @@ class Interfaces:
     # ---- messages ----
 
     def read(self, name: str, body: bytes) -> Seen:
-        """Return a message, given its body as XCDR1 in the order of this machine. Raises `UnreadableField`."""
+        """Return the message in a body of XCDR1 in this machine's byte order. Raises `UnreadableField`."""
         try:
             return Seen(self._store.deserialize_cdr(ENCAPSULATION + body, name))
         except (SerdeError, ValueError, MemoryError, OverflowError) as error:
             raise UnreadableField(" ".join(str(error).split())) from error
 
     def reader(self, name: str, paths: Collection[FieldPath]) -> Callable[[bytes], Located]:
-        """Return what reads these paths of messages of a known type, as `read` does."""
+        """Return a function that reads these paths of bodies of a loaded type; it raises as `read` does."""
         try:
             return Picker(self.fields, name, paths)
         except LookupError:
             return partial(self.read, name)
 
     def write(self, name: str, values: Sequence[tuple[FieldPath, Any]] = ()) -> bytes:
-        """Return the body of a message that has these values, all else being zero. Raises `UnreadableField`."""
+        """Return the body of a message with these values at paths, all else zero. Raises `UnreadableField`."""
         message = self._zero(name)
         for path, value in values:
             self._put(message, path, value)

@@ -1,4 +1,4 @@
-"""What the parts of the proxy share: the gate, where messages go, and the gate's own requests."""
+"""What the proxies of actions and services share: the gate, sending, the gate's own requests, reading of calls."""
 
 from collections.abc import Callable, Collection
 from dataclasses import field, replace
@@ -18,27 +18,27 @@ from exover.model.event import Args
 from exover.model.state import SlotId
 
 Send = Callable[[Port, bytes, int], None]
-"""Takes a message and the peer that it is for, 0 if it is for nobody alone."""
+"""Sends a message on a port; the number is the peer that it answers, 0 if it answers none."""
 
 
 class MessageCodec(Protocol):
-    """Messages of known types as objects."""
+    """Reads and writes messages of loaded types (`Interfaces`)."""
 
     def read(self, name: str, body: bytes) -> Any:
         """Return the fields of a message. Raises `UnreadableField`."""
         ...
 
     def reader(self, name: str, paths: Collection[FieldPath]) -> Callable[[bytes], Any]:
-        """Return what reads these paths of messages of a type, as `read` does."""
+        """Return a function that reads these paths of bodies of a type; it raises as `read` does."""
         ...
 
     def write(self, name: str, values: Any = ()) -> bytes:
-        """Return the body of a message with values at paths, all else being zero. Raises `UnreadableField`."""
+        """Return the body of a message with these values at paths, all else zero. Raises `UnreadableField`."""
         ...
 
 
 class OwnRequests:
-    """The requests of the gate to servers, by number; `mark` are the 8 bytes that stand for the gate."""
+    """The gate's open requests to servers, by sequence number; `mark`: 8 bytes that identify the gate in a header."""
 
     def __init__(self, mark: bytes) -> None:
         self._mark = mark
@@ -46,13 +46,13 @@ class OwnRequests:
         self._open: dict[int, tuple[Port, Any]] = {}
 
     def header(self, port: Port, about: Any) -> bytes:
-        """Return the header of a new request on a port; `about` is given back with its reply."""
+        """Return the 16 bytes of header of a new request on a port; `answered` gives `about` back for its reply."""
         number = next(self._numbers)
         self._open[number] = port, about
         return self._mark + number.to_bytes(8, "little")
 
     def answered(self, port: Port, data: bytes) -> Any:
-        """Return what a reply is about, None if the gate has not asked for it, or has its answer."""
+        """Return what the request of a reply was about, and close it; None if the gate has no such open request."""
         header = data[cdr.BODY : cdr.HEAD]
         number = int.from_bytes(header[8:], "little")
         if header[:8] != self._mark or self._open.get(number, (None,))[0] != port:
@@ -60,13 +60,13 @@ class OwnRequests:
         return self._open.pop(number)[1]
 
     def forget(self, name: str) -> None:
-        """Forget what the server of a name has been asked."""
+        """Forget the open requests to the server of this inner name."""
         self._open = {number: each for number, each in self._open.items() if each[0].name != name}
 
 
 @dataclass(slots=True)
 class Outside:
-    """What is outside of one action or service."""
+    """What the proxies of actions and services use: the gate, its I/O, clocks and ids."""
 
     gate: Gate
     send: Send
@@ -80,16 +80,16 @@ class Outside:
     numbers: "count[int]" = field(default_factory=lambda: count(1))
 
     def call(self, peer: int) -> CallId:
-        """Return a new call of a peer."""
+        """Return a new call id for a peer."""
         return CallId(self.client(peer), next(self.numbers))
 
     def client(self, peer: int) -> str:
-        """Return what the gate calls a peer."""
+        """Return the client name of a peer."""
         return f"{self.name}/{peer}"
 
 
 class Servers:
-    """Which processes serve one action or service, of this inner name; `call`: what they are called with."""
+    """The processes that serve one action or service of this inner name; `call`: the word for a call, for messages."""
 
     def __init__(self, outside: Outside, inner: str, requests: frozenset[str], call: str) -> None:
         self._outside = outside
@@ -103,10 +103,10 @@ class Servers:
         return bool(self._there)
 
     def become(self, found: frozenset[str], gone: Callable[[], None], came: Callable[[bool], None]) -> None:
-        """Take which processes serve it now.
+        """Take the keys of the processes that serve it now.
 
-        `gone` is called if none of those before does, `came` if those that do are others, with whether one of them has
-        served it at any time.
+        If none of the previous ones is left, `gone` is called, and the gate is told. If all of them are new, `came` is
+        called, with whether one of them has served it earlier.
         """
         before, self._there = self._there, found
         if before and not before & found:
@@ -122,7 +122,7 @@ class Servers:
 
 
 def bound_to(binding: Binding, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:
-    """Return what is bound to a full outer name, with full names, in the order of the file."""
+    """Return the bindings of this kind and full outer name, with full names, in the order of the file."""
     return tuple(
         replace(each, outer=outer, inner=absolute(each.inner))
         for each in binding.requests
@@ -131,7 +131,7 @@ def bound_to(binding: Binding, kind: BindingKind, outer: str) -> tuple[RequestBi
 
 
 class MeantCall(NamedTuple):
-    """Which request a call is, with its arguments; without a request the rule that refuses it, and why."""
+    """The request that a call means, with its arguments; or without arguments, the rule that refuses it and why."""
 
     request: str
     args: dict[str, Any] | None = None
@@ -140,7 +140,7 @@ class MeantCall(NamedTuple):
 
 
 class CallReader:
-    """Says what the calls of one action or service are; `type_` is that of their arguments."""
+    """Finds the request that a call of one action or service means; `type_`: the message type of its arguments."""
 
     def __init__(self, outside: Outside, bounds: tuple[RequestBinding, ...], type_: str) -> None:
         self._longest = outside.gate.binding.gate.max_line
@@ -151,7 +151,7 @@ class CallReader:
         self._read: Callable[[bytes], Any] = outside.codec.reader(type_, paths) if paths else lambda body: {}
 
     def __call__(self, body: bytes) -> MeantCall:
-        """Return what a call with these arguments is."""
+        """Return the request and arguments of a call with this body, or the rule that refuses it."""
         if len(body) > self._longest:
             return MeantCall(self._first, None, "unreadable", f"it is longer than {self._longest} bytes")
         try:
@@ -165,7 +165,7 @@ class CallReader:
 
 
 def own_values(bound: RequestBinding, args: Args) -> list[tuple[FieldPath, Any]]:
-    """Return what a call that the gate makes itself has at paths."""
+    """Return the values, by path, of a call that the gate makes itself."""
     said = [(each.path, each.write(value)) for each, value in zip(bound.arguments, args, strict=True)]
     return [*said, *bound.when, *bound.constants]
 
@@ -173,9 +173,9 @@ def own_values(bound: RequestBinding, args: Args) -> list[tuple[FieldPath, Any]]
 def ending(
     outside: Outside, bound: RequestBinding, slot: SlotId, well: bool, read: Callable[[], Any]
 ) -> dict[str, Any]:
-    """Return the entries of a report for a result, which `read` reads if it is needed.
+    """Return the entries of a report for a result, which `read` decodes if the binding needs it.
 
-    `well` iff the protocol says that all went well.
+    `well` iff the protocol reports success.
     """
     report = bound.report
     document: Any = {}

@@ -1,4 +1,4 @@
-"""Single values out of the bytes of a message, which is looked through but not made (XCDR1)."""
+"""Reads single values out of an XCDR1 message without building the whole message as an object."""
 
 import struct
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from exover.gate.ros2.cdr import ORDER
 Fields = Callable[[str], Sequence[tuple[str, Any]]]
 """Returns the fields of a type, as `Interfaces.fields` does."""
 Step = Callable[[bytes, int, list[Any]], int]
-"""Takes a message, where to go on, and what was found; returns where the next step goes on."""
+"""Reads a body from an offset, appends the values found to the list, and returns the next offset."""
 _CODES = {"byte": "B", "octet": "B", "char": "B", "bool": "?", "float32": "f", "float64": "d"}
 _CODES |= {
     f"{sign}int{bits}": code
@@ -24,20 +24,20 @@ _WIDEST = 8
 
 
 class Picked(Located):
-    """The values at some paths of a message."""
+    """The values of a message at the paths that were picked."""
 
     def __init__(self, found: Mapping[FieldPath, Any]) -> None:
         self._found = found
 
     def at(self, path: FieldPath) -> Any:
-        """Return what is at a path, or `MISSING`."""
+        """Return the value at a picked path, or `MISSING`."""
         return self._found.get(path, MISSING)
 
 
 class Picker:
-    """Reads what is at some paths of a type. The whole message is looked at: it is one of the type, or unreadable.
+    """Reads the values at some paths of messages of a type; walks the whole message, so a malformed one is unreadable.
 
-    Raises `LookupError` if the type has lists of texts or messages, or nothing single at a path.
+    Raises `LookupError` if the type has lists of texts or messages, or no single value at a path.
     """
 
     def __init__(self, fields: Fields, name: str, paths: Iterable[FieldPath]) -> None:
@@ -50,7 +50,7 @@ class Picker:
         self._name, self._steps, self._order = name, plan.steps, plan.order
 
     def __call__(self, body: bytes) -> Picked:
-        """Return what is at the paths. Raises `UnreadableField`."""
+        """Return the values at the paths of a message body. Raises `UnreadableField`."""
         at, found = 0, list[Any]()
         try:
             for step in self._steps:
@@ -72,17 +72,17 @@ def _leaves(fields: Fields, name: str, path: FieldPath = ()) -> Iterator[tuple[F
 
 
 class _Plan:
-    """Steps as they are made. Numbers that follow one another, with padding that is known, are one step."""
+    """Builds the steps that read a message. Adjacent numbers whose padding is known are read in one step."""
 
     def __init__(self, wanted: frozenset[FieldPath]) -> None:
         self.wanted = wanted
         self.steps: list[Step] = []
         self.order: list[FieldPath] = []
-        """The paths, as they come in a message."""
+        """The wanted paths in the order of the message."""
         self._open = ORDER
-        """The numbers that are not yet a step."""
+        """The `struct` format of the open step: numbers that are no step yet."""
         self._align = self._known = _WIDEST
-        """To how many bytes the open step is aligned, and of how many its end is a multiple but for its size."""
+        """The alignment in bytes of the open step, and the alignment that its start is known to have."""
 
     def add(self, path: FieldPath, kind: Any) -> None:
         match kind:
@@ -112,7 +112,7 @@ class _Plan:
         self._open += f"{padding}x" + (code if wanted else f"{count * size}x")
 
     def close(self, known: int = 1) -> None:
-        """End the open step; the next begins at a multiple of `known`."""
+        """End the open step; the next one is aligned to `known` bytes."""
         if len(self._open) > len(ORDER):
             self.steps.append(_numbers(self._align, struct.Struct(self._open)))
         self._open, self._align, self._known = ORDER, known, known

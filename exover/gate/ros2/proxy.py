@@ -1,4 +1,4 @@
-"""The proxy between clients and servers of ROS 2, without I/O: bytes in, effects out (docs/gate.md)."""
+"""The ROS 2 transport: takes messages as bytes, tells the gate, and does its effects, without I/O (docs/gate.md)."""
 
 import math
 from collections.abc import Callable
@@ -36,16 +36,16 @@ LEAST: dict[PortPart, int] = {
     "feedback": BODY + ID,
     "call": HEAD,
 }
-"""Bytes that a message of a client has at least, and feedback of a server."""
+"""The fewest bytes of a client's message, or of a server's feedback, on a port."""
 PARTS: dict[BindingKind, tuple[PortPart, ...]] = {"action": (*SERVICES, "feedback", "status"), "service": ("call",)}
 """The ports of an action and of a service."""
 Unit = ActionProxy | ServiceProxy
 
 
 class Ros2Proxy:
-    """The clients and servers of a binding, and the gate between them.
+    """The proxies of all actions and services of a binding, and its watches.
 
-    `send` takes messages; `mark` are 8 bytes that no other client of the servers has; `new_id` returns ids of goals.
+    `send` sends messages; `mark`: 8 bytes that no other client of the servers has; `new_id` returns new goal ids.
     """
 
     name = "ros2"
@@ -67,11 +67,11 @@ class Ros2Proxy:
         self._watching = Watching(gate, lambda watch: None, clock)
         self._units: list[Unit] = []
         self._named: dict[tuple[BindingKind, str], Unit] = {}
-        """By kind and inner name."""
+        """Proxies by kind and inner name."""
         self._takers: dict[Port, Callable[..., None]] = {}
-        """Who takes the messages of a port."""
+        """The function that takes the messages of a port."""
         self._of: dict[str, Unit] = {}
-        """By request."""
+        """Proxies by request."""
         for kind, outer in dict.fromkeys((each.kind, absolute(each.outer)) for each in gate.binding.requests):
             bounds = bound_to(gate.binding, kind, outer)
             unit: Unit
@@ -93,13 +93,13 @@ class Ros2Proxy:
     # ---- what happens ----
 
     def start(self) -> None:
-        """Take it as said that nothing runs of what nobody can ask for."""
+        """Tell the gate that the slots of unbound requests are idle."""
         for slot in sorted(self.gate.state.unsaid):
             if slot[0] not in self._of:
                 self.gate.tell(SlotSaid(slot, False))
 
     def take(self, port: Port, data: bytes, peer: int = 0) -> None:
-        """Take a message of a client or of a server."""
+        """Take a message of a client or a server; drop one that is not XCDR1 or too short."""
         if not cdr.plain(data, LEAST[port.part] if port.side == "outer" or port.part == "feedback" else BODY):
             self._outside.tell(f"a message of {port.name} was dropped: it is not XCDR1, or too short")
         else:
@@ -114,18 +114,18 @@ class Ros2Proxy:
             self._watching.shown(watch, document)
 
     def servers(self, kind: BindingKind, name: str, found: frozenset[str]) -> None:
-        """Take which processes serve an inner name now, each by its key."""
+        """Take the keys of the processes that serve an inner name now."""
         self._named[kind, name].servers(found)
 
     def client_gone(self, peer: int) -> None:
-        """Take it that a client is not there any more."""
+        """Take that a client has gone."""
         client = self._outside.client(peer)
         self.gate.tell(ClientGone(client))
         for unit in self._units:
             unit.client_gone(client)
 
     def tick(self) -> None:
-        """Let time pass."""
+        """Tell the gate, the proxies and the watches of deadlines that have passed."""
         due = self.gate.state.due
         if due is not None and due <= self._outside.clock():
             self.gate.tell(Ticked())
@@ -135,14 +135,14 @@ class Ros2Proxy:
 
     @property
     def due(self) -> float:
-        """When `tick` has something to do."""
+        """The next time at which `tick` has something to do; infinite if there is none."""
         due = self.gate.state.due
         units = (unit.due for unit in self._units)
         return min(self._watching.due, math.inf if due is None else due, *units, math.inf)
 
     @property
     def stopping(self) -> bool:
-        """Whether something was told to stop, and its server may tell its end."""
+        """Whether a slot is stopping and not lost, so that its server may still report its end."""
         return any(held.phase == "stopping" and not held.lost for held in self.gate.state.slots.values())
 
     # ---- what goes out ----
@@ -168,5 +168,5 @@ class Ros2Proxy:
                 assert_never(effect)
 
     def _knowing(self, call: CallId) -> list[Unit]:
-        """Return whose call it is, nothing if its client is gone."""
+        """Return the proxy that has this open call; an empty list if there is none, as after its client has gone."""
         return [unit for unit in self._units if unit.knows(call)]

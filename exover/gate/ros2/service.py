@@ -1,4 +1,4 @@
-"""One service between its clients and its server: what becomes of each message, without I/O (docs/gate.md)."""
+"""The proxy of one service: decides what is done with each request and reply, without I/O (docs/gate.md)."""
 
 import math
 from functools import partial
@@ -16,12 +16,12 @@ from exover.model.event import Args, Ending
 from exover.model.state import SlotId
 
 REASON = "{reason}"
-"""What stands for rule and reason in a text of `refused`."""
+"""The placeholder for rule and reason in texts of `refused`."""
 
 
 @dataclass(slots=True)
 class ServiceCall:
-    """A call of a client until it is answered, with its request's body; `answer` is that of the server."""
+    """A client's call that is not answered yet, with its request's body; `answer`: the body of the server's reply."""
 
     request: str
     peer: int
@@ -31,7 +31,7 @@ class ServiceCall:
 
 
 class ServiceProxy:
-    """One service, which may be several requests; its outer name is served, its inner name is called."""
+    """One service, bound to one or more requests: a server of the outer name, a client of the inner name."""
 
     def __init__(self, outside: Outside, bounds: tuple[RequestBinding, ...], watching: Watching) -> None:
         self._outside = outside
@@ -44,7 +44,7 @@ class ServiceProxy:
         self._meaning = CallReader(outside, bounds, f"{self._type}_Request")
         self._calls: dict[CallId, ServiceCall] = {}
         self._asked: dict[SlotId, int] = {}
-        """Which request to the server carries out a slot."""
+        """The number of the request to the server that carries out a slot."""
         self._round = 0
         self._servers = Servers(outside, self.inner, self.requests, "call")
         self.due = math.inf
@@ -91,11 +91,11 @@ class ServiceProxy:
     # ---- effects ----
 
     def knows(self, call: CallId) -> bool:
-        """Return whether a call is one of this service that is not answered."""
+        """Return whether a call is an open call of this service."""
         return call in self._calls
 
     def forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
-        """Send a call on; without a call one of the gate's own."""
+        """Send the request of a call to the server; without a call, make a request of the gate's own and send that."""
         found = self._calls.get(call) if call else None
         try:
             body = found.body if found else self._own_body(slot, args)
@@ -113,10 +113,10 @@ class ServiceProxy:
         return self._outside.codec.write(f"{self._type}_Request", own_values(self._bounds[slot[0]], args))
 
     def hold(self, call: CallId) -> None:
-        """Let a call wait: its client knows no other state."""
+        """Do nothing: the client of a held call just waits for the response."""
 
     def refuse(self, call: CallId, rule: str, because: str | None) -> None:
-        """Answer a call as `refused` of its binding says."""
+        """Answer a call with the values in `refused` of its binding."""
         found = self._calls.pop(call)
         reason = f"refused by {rule}" + (f": {because}" if because else "")
         values = [
@@ -126,11 +126,11 @@ class ServiceProxy:
         self._up(found, self._outside.codec.write(f"{self._type}_Response", values))
 
     def stop(self, slot: SlotId) -> None:
-        """Say that a service cannot be cancelled."""
+        """Tell the gate that the cancel is refused: ROS 2 cannot cancel a service call."""
         self._gate.tell(CancelRefused(slot))
 
     def finish(self, slot: SlotId, call: CallId | None, outcome: Ending) -> None:
-        """Give the client what the server has answered."""
+        """Give the client the server's reply; without one, refuse its call as `interrupted`."""
         self._asked.pop(slot, None)
         self._watching.forget(slot)
         if call is not None and call in self._calls:
@@ -152,7 +152,7 @@ class ServiceProxy:
     # ---- whether the server is there ----
 
     def servers(self, found: frozenset[str]) -> None:
-        """Take which processes serve this service now."""
+        """Take the keys of the processes that serve this service now."""
         self._servers.become(found, lambda: None, self._came)
 
     def _came(self, seen: bool) -> None:
@@ -162,4 +162,4 @@ class ServiceProxy:
                 self._gate.tell(SlotSaid(slot, False))
 
     def tick(self) -> None:
-        """Let time pass."""
+        """Do nothing: a service has no deadlines of its own."""

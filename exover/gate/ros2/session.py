@@ -1,4 +1,4 @@
-"""A gate on DDS: readers and writers for its ports, and the loop that reads them; needs `cyclonedds`."""
+"""Runs a ROS 2 gate on DDS: opens a reader or writer for each port, and runs the loop; needs `cyclonedds`."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import field
@@ -22,26 +22,26 @@ from exover.gate.ros2.proxy import Ros2Proxy
 from exover.gate.ros2.signals import DeferredSignals
 
 TURN = 0.2
-"""Seconds after which the loop looks up at the latest, so that signals are heard."""
+"""The longest wait of the loop in seconds, so that signals are noticed."""
 PATIENCE = 1.0
-"""Seconds that an answer waits for the reader of its client to be known."""
+"""Seconds that a reply waits until the client's reader is discovered."""
 STATUSES = "action_msgs/msg/GoalStatusArray"
 TEXT = "std_msgs/msg/String"
 
 
 @dataclass(slots=True)
 class Served:
-    """A service that the gate offers; `ready` are clients whose reader of replies is known."""
+    """A service that the gate offers; `ready`: clients whose reader of replies was discovered; clients are handles."""
 
     requests: TopicReader
     replies: TopicWriter
     ready: set[int] = field(default_factory=set)
     clients: set[int] = field(default_factory=set)
     late: list[tuple[float, int, bytes]] = field(default_factory=list)
-    """Answers whose reader is not known yet, until when they wait, and for whom."""
+    """Replies whose reader is not discovered yet: until when they wait, the client, the message."""
 
     def answer(self, data: bytes, peer: int) -> None:
-        """Answer a client, at once or as soon as its reader is known. Raises `DDSException`."""
+        """Send a client a reply, now or as soon as its reader is discovered. Raises `DDSException`."""
         if peer in self.ready or self._known(peer):
             self.replies.write(data)
         else:
@@ -55,7 +55,7 @@ class Served:
         return True
 
     def catch_up(self) -> None:
-        """Give answers that waited; those who are gone get none."""
+        """Send waiting replies whose reader was discovered; drop those that waited too long, or for a gone client."""
         waiting, self.late = self.late, []
         for until, peer, data in waiting:
             if peer in self.ready or self._known(peer):
@@ -64,7 +64,7 @@ class Served:
                 self.late.append((until, peer, data))
 
     def gone(self) -> set[int]:
-        """Return the clients that are not there any more."""
+        """Return the clients that have gone since the last call."""
         now = self.requests.handles()
         gone, self.clients = self.clients - now, now
         self.ready &= now
@@ -79,13 +79,13 @@ class Asked:
     replies: TopicReader
 
     def servers(self) -> frozenset[str]:
-        """Return the processes that read its requests and write its replies."""
+        """Return the participant keys of the processes that read its requests and write its replies."""
         reading = {str(each.participant_key) for each in self.requests.readers()}
         return frozenset(reading & {str(each.participant_key) for each in self.replies.writers()})
 
 
 class Ros2Session:
-    """The ports of a binding in one domain, or its inner ones in another."""
+    """The DDS end points of a binding, and the loop; `inner`: the domain of the inner ports."""
 
     def __init__(
         self, binding: Binding, interfaces: Interfaces, domain: int, inner: int, tell: Callable[[str], None]
@@ -143,7 +143,7 @@ class Ros2Session:
             self._reader(Port("inner", name, "status"), STATUSES, dds.LATCHED)
 
     def _pair(self, port: Port, types: tuple[str, str], user: str) -> tuple[TopicReader, TopicWriter]:
-        """Return what reads from and what writes to the other end of a service."""
+        """Return reader and writer of a service port: as a server does on the outer side, as a client on the inner."""
         request, reply = (
             (topic, self._types.service(type_))
             for topic, type_ in zip((request_topic(port), reply_topic(port)), types, strict=True)
@@ -175,7 +175,7 @@ class Ros2Session:
         return len(self._waiting.attached) + 1
 
     def publish_decisions(self, name: str) -> Callable[[bytes], None]:
-        """Return what publishes lines on a topic. Raises `DDSException`."""
+        """Return a function that publishes lines, without line ends, on a topic. Raises `DDSException`."""
         topic = message_topic(Port("outer", absolute(name), "message"))
         writer = TopicWriter(self._participants["outer"], topic, self._types.message(TEXT), dds.DECISIONS)
         self._decisions = writer
@@ -189,7 +189,7 @@ class Ros2Session:
     # ---- what goes out ----
 
     def send(self, port: Port, data: bytes, peer: int) -> None:
-        """Send a message; what cannot be sent is told."""
+        """Send a message; complain if it cannot be sent."""
         if port in self._served:
             self._write(port.name, lambda: self._served[port].answer(data, peer))
         elif port in self._asked:
@@ -206,7 +206,7 @@ class Ros2Session:
     # ---- the loop ----
 
     def run(self, proxy: Ros2Proxy) -> None:
-        """Serve until a signal comes; what runs is stopped then, as at the end of all clients, and it is raised."""
+        """Serve until a signal comes; then stop what runs, as if all clients had gone, and raise the signal again."""
         with DeferredSignals() as signals:
             try:
                 proxy.start()
@@ -216,7 +216,7 @@ class Ros2Session:
                 self._finish(proxy)
 
     def turn(self, proxy: Ros2Proxy, most: float) -> None:
-        """Take what comes, if anything comes in time, and do what is due."""
+        """Wait for messages at most `most` seconds or until the next deadline; take them, and do what is due."""
         late = min((until for each in self._served.values() for until, _, _ in each.late), default=float("inf"))
         due = min(late, proxy.due)
         ready = self._waiting.ready(min(most, max(0.0, due - monotonic())))
@@ -239,7 +239,7 @@ class Ros2Session:
         proxy.servers(kind, name, frozenset.intersection(*found))
 
     def _finish(self, proxy: Ros2Proxy) -> None:
-        """Let all clients be gone, and wait for what was told to stop, as long as its deadline."""
+        """Tell the proxy that all clients have gone, and wait for what stops, at most the longest stop deadline."""
         for peer in {peer for each in self._served.values() for peer in each.clients}:
             proxy.client_gone(peer)
         until = monotonic() + proxy.gate.binding.longest_stop
@@ -248,7 +248,7 @@ class Ros2Session:
 
 
 def _clients(served: Served, first: bool, proxy: Ros2Proxy) -> None:
-    """Tell of clients that are gone, if these are the ends by which they are known."""
+    """Tell the proxy which clients have gone, if `first`: this service is the one by which clients are counted."""
     for peer in served.gone():
         if first:
             proxy.client_gone(peer)
@@ -259,16 +259,16 @@ def _catch_up(served: Served, _: Ros2Proxy) -> None:
 
 
 def _interfaces(binding: Binding, side: Side) -> Iterator[tuple[BindingKind, str, str]]:
-    """Yield the actions and services of a side, each once: kind, name, type."""
+    """Yield kind, name and type of each action and service of a side, once each."""
     names = ((each.kind, each.outer if side == "outer" else each.inner, each.type) for each in binding.requests)
     yield from dict.fromkeys((kind, absolute(name), str(type_)) for kind, name, type_ in names)
 
 
 def _services(kind: BindingKind, type_: str) -> Iterator[tuple[PortPart, tuple[str, str]]]:
-    """Yield the services that an interface consists of, with the types of requests and replies.
+    """Yield the services that an interface consists of, with their request and reply types.
 
-    The last is the one that the gate asks first: discovery tells of endpoints in the order in which they were made, so
-    who knows the reader of its replies knows all readers.
+    The gate asks the last one first. Discovery announces endpoints in the order of their creation, so a server that
+    knows the reader of its replies knows all readers.
     """
     if kind == "service":
         yield "call", (f"{type_}_Request", f"{type_}_Response")

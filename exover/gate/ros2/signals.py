@@ -1,4 +1,4 @@
-"""Signals that wait until what is being done is done: a message that is half taken would leave a goal half known."""
+"""Defers signals until a turn of the loop is over, since a message taken in part would leave a goal in part known."""
 
 import signal
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from exover.engines.process import ENDING
 
 
 class DeferredSignals:
-    """A context in which the first signal to end is only noted, and raised again at the end. A second one is not kept.
+    """A context that notes the first SIGINT or SIGTERM and raises it again on exit. A second one takes effect at once.
 
-    Only in the main thread.
+    Use it in the main thread only.
     """
 
     def __init__(self) -> None:
@@ -20,7 +20,7 @@ class DeferredSignals:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> "DeferredSignals":
-        """Begin."""
+        """Install the handlers."""
         self._before = {number: signal.signal(number, self._note) for number in ENDING}
         return self
 
@@ -33,7 +33,7 @@ class DeferredSignals:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Hear signals as before, and raise the one that has come."""
+        """Restore the handlers, and raise the signal that has come, unless there is an exception already."""
         for number, before in self._before.items():
             signal.signal(number, before)
         if self.heard and error is None:

@@ -1,4 +1,4 @@
-"""What runs at an action server and was not launched by this gate: found, stopped, and known to have ended."""
+"""Stray goals: finds goals at an action server that this gate did not launch, cancels them, and notes their end."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,11 +17,11 @@ ToServer = Callable[[PortPart, bytes, object], None]
 
 
 class Strays:
-    """Goals of others at one server. Those that it names in its status are known by id; what it has when it comes, by
-    the answer to a cancel of all goals.
+    """Stray goals at one server. The status array tells their ids; what runs when the server comes, its answer to a
+    cancel of all goals tells.
 
-    Nothing is believed of a server before it has answered: one that does not know the readers of the gate yet sends
-    what is lost.
+    No slot counts as idle before the server has answered. A server that has not discovered the gate's readers yet loses
+    its answers.
     """
 
     def __init__(
@@ -36,19 +36,19 @@ class Strays:
         self._to_server = to_server
         self._slots = slots
         self._shown: dict[bytes, SlotId | None] = {}
-        """Goals of others that the status array shows, and the slot that is taken for each."""
+        """The stray goals in the status array, with the slot that each is assigned; None if no slot was free."""
         self._asked_about: SlotId | None = None
-        """The slot that stands for what the server has said to run."""
+        """The slot that stands for whatever the answer to the question says to run."""
         self._starts_idle = all(each.starts_idle for each in bounds)
         self._question = cdr.NO_ID
-        """Which goal the server is asked to cancel; `NO_ID` stands for all."""
+        """The id of the goal that the server is asked to cancel; `NO_ID` means all."""
         self._before = False
-        """Whether the process of the server has been there before."""
+        """Whether the process of the server has served before."""
         self.due = math.inf
-        """When the server is asked again; infinite once it has answered."""
+        """When the server is asked again; infinite once it has answered that nothing stray runs."""
 
     def gone(self) -> None:
-        """Forget what ran: the server is gone."""
+        """Forget all stray goals, since the server has gone."""
         self._shown.clear()
         self._asked_about = None
         self.due = math.inf
@@ -56,8 +56,8 @@ class Strays:
     # ---- the question ----
 
     def came(self, active: Iterable[bytes], before: bool) -> None:
-        """Ask a server that is there now, whose status shows goals of others to be `active`; `before` iff its process
-        has been there before.
+        """Ask a server that has come what runs; `active`: the stray goals in its status array; `before` iff its process
+        has served before.
         """
         self._before = before
         self._question = self._outside.new_id() if self._starts_idle else cdr.NO_ID
@@ -65,14 +65,14 @@ class Strays:
         self.ask()
 
     def ask(self) -> None:
-        """Ask the server to cancel all goals: what it cancels is what runs. One that starts idle is asked to cancel a
-        goal that nobody has: that it answers is all that it says.
+        """Ask the server to cancel all goals: those that it cancels are those that run. A server that starts idle is
+        asked to cancel a goal that does not exist: only the fact that it answers matters.
         """
         self.due = self._outside.clock() + AGAIN
         self._to_server("cancel_goal", cdr.cancel_request(self._question), "question")
 
     def answered(self, code: int, ids: Sequence[bytes]) -> None:
-        """Take the answer: which goals run, or that something runs and is not stopped."""
+        """Take the answer to the question: the return code, and the ids of the goals that it cancels."""
         if self.due == math.inf:
             return
         if self._starts_idle:
@@ -94,7 +94,7 @@ class Strays:
                 self._outside.gate.tell(SlotSaid(slot, False))
 
     def _reached(self) -> None:
-        """Believe a server that starts idle to run nothing, but for what its process may have had before."""
+        """Tell the gate that a server that starts idle runs nothing, but for goals from before it came back."""
         self.due = math.inf
         for slot in self._mine(self._outside.gate.state.unsaid):
             goal = self._slots.get(slot)
@@ -104,7 +104,7 @@ class Strays:
                 self._outside.gate.tell(SlotSaid(slot, False))
 
     def _lost(self, slot: SlotId, active: bool) -> None:
-        """Say of a goal of this gate whether it still runs at a server that has come back."""
+        """Tell the gate whether its lost goal in a slot still runs at a server that has come back."""
         if not self._outside.gate.state.slots[slot].lost:
             return
         if active:
@@ -114,7 +114,7 @@ class Strays:
     # ---- the status array ----
 
     def shown(self, ids: Iterable[bytes]) -> None:
-        """Take which goals of others are active, as the server shows them."""
+        """Take the ids of the stray goals that the status array shows as active."""
         now = set(ids)
         for id in now - self._shown.keys():
             if self._asked_about is None:
@@ -130,7 +130,7 @@ class Strays:
                 self._outside.gate.tell(SlotSaid(slot, False))
 
     def stop(self, slot: SlotId) -> None:
-        """Cancel what the status array has shown in a slot; what was asked about is cancelled by the question."""
+        """Cancel the stray goal of the status array in a slot; the question itself cancels what it is about."""
         for id, each in self._shown.items():
             if each == slot:
                 self._cancel(id)
@@ -139,7 +139,7 @@ class Strays:
         self._to_server("cancel_goal", cdr.cancel_request(id), "stray")
 
     def _free(self) -> SlotId | None:
-        """Return a slot in which nothing runs that the gate knows of."""
+        """Return a slot of this action in which nothing runs as far as the gate knows; None if there is none."""
         state = self._outside.gate.state
         taken = {*state.slots, *self._shown.values()}
         model = self._outside.gate.model
