@@ -1,1 +1,1 @@
-"""Recorded missions asked of a spec (docs/audit.md)."""
+"""Audits of recorded missions by a spec (docs/audit.md)."""

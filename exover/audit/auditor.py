@@ -1,4 +1,4 @@
-"""One mission audited: read, asked, and what was found (docs/audit.md)."""
+"""Audits one mission: reads it, asks the tables, and returns what was found (docs/audit.md)."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked of missions, and who answers; it can be sent to other processes.
+    """What missions are audited by: a spec, an engine and a binding; it can be sent to other processes.
 
-    `library`: the audit in C (`compile_library`). Without it the tables are walked, or the reference answers.
+    `library`: the audit in C (`compile_library`). Without it the tables are walked in Python, or with `reference` the
+    reference interpreter answers.
     """
 
     model: Model
@@ -37,23 +38,23 @@ class Job:
     reference: bool = False
     binding: Binding | None = None
     folder: str | None = None
-    """Where all rows go as Parquet; empty: they come with the result; None: they are not wanted."""
+    """The folder for all rows as Parquet files; empty: the rows come with the result; None: no rows are wanted."""
 
 
 class MissionAuditor:
-    """Audits one mission after the other, in one thread."""
+    """Audits missions one after the other, in one thread."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
         self._native = None if job.library is None else NativeAuditor(job.model, job.tables, job.library)
 
     def close(self) -> None:
-        """Give back what it holds."""
+        """Free the memory of the audit in C."""
         if self._native:
             self._native.close()
 
     def audit(self, path: str, name: str, number: int = 0) -> MissionResult:
-        """Return what an audit says of a mission, which is called `name`; `number` makes names of files differ."""
+        """Return the audit of the mission at `path`, called `name`; `number` tells the files of rows apart."""
         try:
             with self._table(name, number) as table:
                 reading = _Reading(self._job, self._native, table)
@@ -86,7 +87,7 @@ class MissionAuditor:
 
 
 class _NoTable:
-    """Takes rows that nobody wants."""
+    """Discards rows."""
 
     made: None = None
     wanted = False
@@ -103,13 +104,13 @@ class _NoTable:
 
 @dataclass(slots=True)
 class _Found:
-    """What is kept of a mission with places."""
+    """Divergences and mistakes of a mission that are kept with their lines."""
 
     rows: list[AuditRow] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
     mistake_count: int = 0
     none: int = 0
-    """Lines that are no event of any spec."""
+    """The number of lines that are neither an event nor a deed of any spec."""
 
     def mistake(self, line: int, text: str) -> None:
         self.mistake_count += 1
@@ -138,7 +139,7 @@ class _Reading:
         return self._figures()
 
     def is_none(self, figures: MissionFigures) -> bool:
-        """Return whether nothing of what was read is a line of a mission."""
+        """Return whether lines were read and none of them is a line of a mission."""
         return bool(self.found.none) and figures.events + figures.deeds == self.found.none
 
     def _tell(self, row: AuditRow) -> None:
@@ -147,7 +148,7 @@ class _Reading:
             self.found.rows.append(row)
 
     def read(self, path: str) -> str:
-        """Read a mission to its end; return why it is none, or nothing. Raises `OSError`."""
+        """Read a mission to its end; return why it is no mission, or an empty text. Raises `OSError`."""
         if sources.is_bag(path):
             return self._read_bag(path)
         if path.endswith(sources.TABLES):
@@ -214,7 +215,7 @@ class _Reading:
         self._take(number, self._seen(number, noted))
 
     def _seen(self, number: int, noted: Noted) -> Noted:
-        """Keep what is wrong with a line."""
+        """Keep the mistakes of a line, and return it."""
         if noted.fault:
             self.found.mistake(number, f"{noted.fault.code}: {noted.fault.detail}")
         for item in noted.items:

@@ -1,4 +1,4 @@
-"""Missions as bags of ROS 2, read by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
+"""Reads missions from ROS 2 bags by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import field
@@ -20,17 +20,17 @@ from exover.model.wire import Json
 ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
 """The statuses of action_msgs/msg/GoalStatus."""
 RESPONSES = (2, 3)
-"""The events of service_msgs/msg/ServiceEventInfo that are responses: sent, received."""
+"""Event types of service_msgs/msg/ServiceEventInfo for responses: sent, received."""
 GOALS, STATUS, CALLS = "/_action/send_goal/_service_event", "/_action/status", "/_service_event"
 RESULTS = "/_action/get_result/_service_event"
 MOST_DONE = 1000
-"""Calls that are remembered once they were answered: client and server may both have recorded one."""
+"""How many answered calls are remembered, since client and server may both have recorded one."""
 Reader = Callable[[Any], Iterator[Item]]
 
 
 @dataclass(slots=True)
 class SeenGoal:
-    """A goal or a call: of which request, as which instance, and with which arguments, as far as it is known."""
+    """An action goal or a service call, with its request, arguments and instance as far as they are known."""
 
     bound: RequestBinding | None
     args: Json | None = None
@@ -39,12 +39,12 @@ class SeenGoal:
     status: int = 0
     fault: str = ""
     seen: bool = False
-    """Whether a watch has shown it running."""
+    """Whether its watch has shown it as running."""
     rounds: int | None = None
-    """How often its watch has shown something since it has said that it has started, if it has."""
+    """How many messages its watch has shown since the response that it has started; None before that response."""
 
     def ends(self, meaning: str | None) -> bool:
-        """Take what its watch shows; return whether it has ended, and that is not about what ran before."""
+        """Take the status that its watch shows; return whether it tells the end, and not that of an earlier run."""
         self.seen = self.seen or meaning == "running"
         if self.rounds is not None:
             self.rounds += 1
@@ -53,7 +53,7 @@ class SeenGoal:
 
 @dataclass(slots=True)
 class _Known:
-    """What is known of the goals of an action, or the calls of a service."""
+    """The goals of an action, or the open calls of a service, and which of its topics were recorded."""
 
     bounds: tuple[RequestBinding, ...]
     goals: dict[Any, SeenGoal] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class _Known:
 
 
 class Bag:
-    """A bag that is read by a binding."""
+    """Reads one bag by a binding."""
 
     def __init__(self, model: Model, binding: Binding, path: str) -> None:
         self._model, self._binding, self._path = model, binding, path
@@ -72,12 +72,15 @@ class Bag:
         self._lacking: set[str] = set()
         self._topics: set[str] = set()
         self._watched: dict[str, SeenGoal] = {}
-        """What runs until a watch shows its end."""
+        """Service calls, by request, that have started and whose end a watch tells."""
         self._results: dict[bytes, Any] = {}
-        """The results of goals: they come behind the statuses that they belong to."""
+        """Results by goal id, read before all else, since they come behind the statuses that end their goals."""
 
     def messages(self) -> Iterator[tuple[int, Noted]]:
-        """Yield what messages say, with their numbers in the order of time, from 1; raises `NoMission`."""
+        """Yield number and content of each message that says something, in order of time; raises `NoMission`.
+
+        Messages of the topics that are read are numbered from 1.
+        """
         try:
             reader = BagReader(Path(self._path))
             reader.open()
@@ -100,7 +103,7 @@ class Bag:
                 yield number, Noted(items, stamp / 1e9)
 
     def _results_in(self, reader: BagReader) -> dict[bytes, Any]:
-        """Return the first result that was told of each goal."""
+        """Return the first recorded result of each goal, by goal id."""
         wanted = [each for each in reader.connections if each.topic in {f"{name}{RESULTS}" for name in self._known}]
         goals: dict[Any, bytes] = {}
         found: dict[bytes, Any] = {}
@@ -114,7 +117,7 @@ class Bag:
         return found
 
     def notes(self) -> Iterator[str]:
-        """Yield what the bag does not tell."""
+        """Yield notes on topics that the bag lacks, and what follows from that."""
         for name, known in self._known.items():
             kind = known.bounds[0].kind
             there = known.has_status if kind == "action" else known.has_goals
@@ -178,7 +181,7 @@ class Bag:
     # ---- actions ----
 
     def _goals(self, known: _Known) -> Reader:
-        """Read the service that sends goals: arguments, and whether a goal was accepted."""
+        """Return a reader of the `send_goal` introspection topic, which tells arguments and refusals of goals."""
         calls: dict[Any, SeenGoal] = {}
 
         def read(message: Any) -> Iterator[Item]:
@@ -199,7 +202,7 @@ class Bag:
         return read
 
     def _identify(self, known: _Known, goal: SeenGoal, arguments: Any) -> None:
-        """Find out which request a goal or call is of, and its arguments."""
+        """Set the request that a goal or call means, and its arguments."""
         goal.bound = next((bound for bound in known.bounds if bound.meant(arguments)), None)
         if goal.bound is None or goal.args is not None:
             return
@@ -237,7 +240,7 @@ class Bag:
         return read
 
     def _moved(self, goal: SeenGoal, status: int, result: Any) -> Iterator[Item]:
-        """Yield what it means that a goal has a status now; `result` is there if it was recorded, and if it has one."""
+        """Yield the items for a goal's new status: ask, launch, kill, report; `result` is None if none was recorded."""
         before, goal.status = goal.status, max(status, goal.status)
         if goal.bound is None or before >= SUCCEEDED or status <= before:
             return
@@ -268,7 +271,7 @@ class Bag:
         return item
 
     def _end(self, goal: SeenGoal, outcome: str, response: Any) -> Item:
-        """Return the report of an instance, which is free from now on."""
+        """Return the report of a goal's instance, and free the instance."""
         assert goal.bound and goal.instance is not None
         name, instance = goal.bound.request, goal.instance
         self._free[name].append(instance)
@@ -292,7 +295,7 @@ class Bag:
     # ---- services ----
 
     def _ends(self, bounds: tuple[RequestBinding, ...]) -> Reader:
-        """Read the topic that tells the ends of services which have only started when they answer."""
+        """Return a reader of a watch's topic, for the ends of services whose response says only that they started."""
 
         def read(message: Any) -> Iterator[Item]:
             for bound in bounds:
@@ -342,7 +345,7 @@ def _status(bound: RequestBinding, response: Any) -> Any:
 
 
 def _outcome(bound: RequestBinding, told: str, response: Any) -> str:
-    """Return how a request has ended whose protocol has told so, and whose response may say more."""
+    """Return the outcome of a request that the protocol has `told`, refined by the status in its response."""
     if bound.report.status is None or told != "ok":
         return told
     meaning = bound.report.meaning(_status(bound, response))
@@ -350,7 +353,7 @@ def _outcome(bound: RequestBinding, told: str, response: Any) -> str:
 
 
 def _call(message: Any) -> tuple[Any, int]:
-    """Return what request and response of a call have in common."""
+    """Return the key that request and response of a call share: the client's GID and the sequence number."""
     info = message["info"]
     return tuple(info["client_gid"]), info["sequence_number"]
 

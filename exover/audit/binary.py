@@ -1,4 +1,4 @@
-"""Missions as binary records (docs/audit.md, "Binary missions"): written, and read where `audit.c` does not."""
+"""Writes missions as binary records, and reads those that `audit.c` does not (docs/audit.md, "Binary missions")."""
 
 import json
 import math
@@ -34,17 +34,17 @@ from exover.run.records import NO_NUMBER, RecordCodec, name_of
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
 BAD_ASK, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, LOST, VOID = range(16, 22)
-"""Records that no file has: what was read in Python and could not be, for `audit.c`."""
+"""Kinds of records that are in no file: they tell `audit.c` of items that only the Python reader knows."""
 LENGTH = struct.Struct("<I")
 MOST_DESCRIPTION = 16 << 20
 
 
 class NoMission(Exception):
-    """The bytes are no mission; the text says why."""
+    """The file is no mission; the text says why."""
 
 
 class RecordWriter:
-    """Writes what a mission consists of as records of a model, each behind its length."""
+    """Writes the items of a mission as records with the numbers of a model, each behind its length."""
 
     def __init__(self, model: Model, codec: Codec | None = None) -> None:
         index = ModelIndex(model)
@@ -60,7 +60,7 @@ class RecordWriter:
         return LENGTH.pack(len(data)) + data
 
     def noted(self, noted: Noted) -> Iterator[bytes]:
-        """Yield the records of what a line says, its time first."""
+        """Yield the records of a line's time and items, in this order."""
         yield time_record(noted.time)
         for item in noted.items:
             yield self.record(item)
@@ -128,7 +128,7 @@ class RecordWriter:
 
 
 def time_record(time: float) -> bytes:
-    """Return the record that says when what follows was written."""
+    """Return the record that gives the time, in seconds, of the records behind it."""
     return LENGTH.pack(9) + struct.pack("<Bd", TIME, time)
 
 
@@ -141,7 +141,7 @@ def _packed(params: Sequence[Parameter], values: Sequence[Value]) -> bytes:
 
 
 class MissionWriter:
-    """Writes a mission to a file: items, in their order; raises `OSError`."""
+    """Writes a mission to a file, item by item; raises `OSError`."""
 
     def __init__(self, model: Model, file: BinaryIO) -> None:
         self._writer = RecordWriter(model)
@@ -156,12 +156,12 @@ class MissionWriter:
         self._file.write(self._writer.record(item))
 
     def at(self, time: float) -> None:
-        """Say when what follows was recorded: seconds."""
+        """Write the time, in seconds, of the items that follow."""
         self._file.write(time_record(time))
 
 
 class RecordReader:
-    """Reads the records of a file with a description, as items of a model. Raises `NoMission`."""
+    """Reads the records of a file with this description as items of a model. Raises `NoMission`."""
 
     def __init__(self, model: Model, description: bytes) -> None:
         self._model = model
@@ -178,10 +178,10 @@ class RecordReader:
             raise NoMission("its first record is no description of a spec") from error
         own = json.loads(RecordCodec(model).description())
         self.same = all(_numbers(self._told[key]) == _numbers(own[key]) for key in ("requests", "observables"))
-        """Whether its numbers are those of the model, and mean the same."""
+        """Whether the numbers of the description have the same meaning in the model."""
 
     def read(self, record: bytes) -> Noted:
-        """Return what a record says, at the time that was said last."""
+        """Return the items of a record, with the time of the last time record."""
         try:
             noted = self._read(record)
             self._time = self._time if noted.items else noted.time
@@ -210,7 +210,7 @@ class RecordReader:
         return Noted((read_recorded(self._model, entries),))
 
     def _entries(self, kind: int, known: Json, record: bytes) -> Json:
-        """Return a record as the object of a line."""
+        """Return a record as the object of a JSON line."""
         name = known["name"]
         match kind:
             case 0:
@@ -238,7 +238,7 @@ class RecordReader:
 
 
 def read_description(file: BinaryIO) -> bytes:
-    """Return the description of a file from its start; raises `NoMission`."""
+    """Return the description at the start of a file; raises `NoMission`."""
     head = file.read(len(MAGIC) + LENGTH.size)
     if head[: len(MAGIC)] != MAGIC or len(head) < len(MAGIC) + LENGTH.size:
         raise NoMission("it does not begin as one, with EXO1 and a description")
@@ -250,7 +250,7 @@ def read_description(file: BinaryIO) -> bytes:
 
 
 def split(data: bytes) -> tuple[list[bytes], bytes]:
-    """Return the records that are whole, and the rest."""
+    """Return the whole records of some bytes, without their lengths, and the rest of the bytes."""
     found, at = [], 0
     while len(data) - at >= LENGTH.size:
         (length,) = LENGTH.unpack_from(data, at)
@@ -263,7 +263,7 @@ def split(data: bytes) -> tuple[list[bytes], bytes]:
 
 
 def refuse_overlong(rest: bytes) -> None:
-    """Raise `NoMission` if a record begins here that is longer than any may be."""
+    """Raise `NoMission` if the record that begins here is longer than `MAX_LINE`."""
     if len(rest) >= LENGTH.size:
         (length,) = LENGTH.unpack_from(rest)
         if length > MAX_LINE:
@@ -271,7 +271,7 @@ def refuse_overlong(rest: bytes) -> None:
 
 
 def _numbers(described: Any) -> Any:
-    """Return what is described without ranges: a value has the same number in any."""
+    """Return a description without ranges of numbers: they do not change the number of a value."""
     match described:
         case dict():
             return {key: _numbers(value) for key, value in described.items() if key not in ("low", "high")}
@@ -295,7 +295,7 @@ def _values(described: Sequence[Json], data: bytes) -> Json:
 
 
 def _value(described: Json, data: bytes) -> Any:
-    """Return a value as JSON has it; one outside its type stays outside."""
+    """Return a value as in JSON; a number outside its type gives a value outside it."""
     if described["type"] == "real":
         return struct.unpack_from("<d", data)[0]
     number: int = struct.unpack_from("<q", data)[0]

@@ -1,4 +1,4 @@
-"""What can answer the events of an audit, besides the emitted C; each tells whether a waiting place is taken, too."""
+"""The checkers of an audit in Python: engines that also tell whether a waiting place is taken."""
 
 from exover.ocrd.machine import Machine
 from exover.ocrd.memory import EMPTY
@@ -6,10 +6,10 @@ from exover.run.simulate import ReferenceEngine
 
 
 class ReferenceChecker(ReferenceEngine):
-    """The reference interpreter."""
+    """The reference interpreter as a checker."""
 
     def waits(self, request: str) -> bool:
-        """Return whether the waiting place is taken."""
+        """Return whether the waiting place of a request is taken."""
         return self._state.places[request] is not None
 
 
@@ -17,5 +17,5 @@ class TableChecker(Machine):
     """The packed tables, walked in Python."""
 
     def waits(self, request: str) -> bool:
-        """Return whether the waiting place is taken."""
+        """Return whether the waiting place of a request is taken."""
         return self.place[self.index[request]] != EMPTY

@@ -1,4 +1,4 @@
-"""The messages of a bag as objects, whatever types it defines; needs `rosbags`."""
+"""Decodes the messages of a bag by the types that the bag defines; needs `rosbags`."""
 
 from collections.abc import Iterator, Mapping
 from itertools import count
@@ -13,13 +13,13 @@ from exover.audit.binary import NoMission
 
 
 class Fields(Mapping[str, Any]):
-    """A message as an object whose keys are its fields."""
+    """A message as a read-only mapping: field by name."""
 
     def __init__(self, message: Any) -> None:
         self._message = message
 
     def __getitem__(self, key: str) -> Any:
-        """Return a field as JSON would have it."""
+        """Return a field, as `plain` gives it."""
         if key not in self._message.__dataclass_fields__:
             raise KeyError(key)
         return plain(getattr(self._message, key))
@@ -29,12 +29,12 @@ class Fields(Mapping[str, Any]):
         return iter(self._message.__dataclass_fields__)
 
     def __len__(self) -> int:
-        """Return how many fields there are."""
+        """Return the number of fields."""
         return len(self._message.__dataclass_fields__)
 
 
 def plain(found: Any) -> Any:
-    """Return what a message holds as JSON would have it."""
+    """Return a value of a message as mappings, lists and scalars, as in JSON."""
     if hasattr(found, "__dataclass_fields__"):
         return Fields(found)
     if hasattr(found, "tolist"):
@@ -43,7 +43,7 @@ def plain(found: Any) -> Any:
 
 
 def decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, Any]]:
-    """Yield the messages of connections: topic, time in nanoseconds, the message. Raises `NoMission`."""
+    """Yield topic, time in nanoseconds and content of each message of these connections. Raises `NoMission`."""
     messages = reader.messages(connections=wanted)
     stores: dict[str, Typestore] = {}
     for number in count():
@@ -61,7 +61,7 @@ def decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, An
 
 
 def _types_of(connection: Any) -> Typestore:
-    """Return the types that a topic of a bag defines, or those of ROS if it defines none."""
+    """Return the types that a connection of a bag defines, or those of ROS if it defines none."""
     form, text = connection.msgdef.format, connection.msgdef.data
     if form == MessageDefinitionFormat.NONE:
         return get_typestore(Stores.LATEST)
@@ -76,7 +76,7 @@ def _types_of(connection: Any) -> Typestore:
 
 
 def _known(store: Typestore, name: str) -> str:
-    """Return what `rosbags` calls a type: it puts those of services into a folder of messages."""
+    """Return the name of a type in `rosbags`, which files types of services under `msg`."""
     if name in store.fielddefs:
         return name
     package, _, own = name.rpartition("/")

@@ -1,6 +1,6 @@
-"""The state of an audit follows the robot as far as the tables let it (docs/audit.md, "What is asked").
+"""Follows the robot in the state of the tables, as far as the tables let it (docs/audit.md, "What is asked").
 
-Slow and obvious, over any engine; `exover/runtime/audit.c` does the same, and is held against this.
+Slow and simple, over any engine; `exover/runtime/audit.c` does the same, and tests compare it with this.
 """
 
 from collections.abc import Callable, Iterable
@@ -30,36 +30,40 @@ from exover.model.event import (
 from exover.model.model import Model
 
 REFUSED, UNDECIDED = -2, -3
-"""Instead of the slot of an instance."""
+"""Stand in `slot_of` for an instance whose launch was refused, or is undecided."""
 
 
 class AuditChecker(Protocol):
-    """What answers events, and says whether something waits at a request."""
+    """An engine that also tells whether a waiting place is taken."""
 
     def step(self, event: Event) -> tuple[Action, ...]:
         """Take a well-formed event and return the actions that answer it."""
         ...
 
     def waits(self, request: str) -> bool:
-        """Return whether the waiting place is taken."""
+        """Return whether the waiting place of a request is taken."""
         ...
 
 
 @dataclass(slots=True)
 class HeldSlot:
-    """A slot of the tables that is active; `owner` is the instance that it is."""
+    """An active slot of the tables, launched in event number `since`; `owner`: the recorded instance in it."""
 
     args: Args
     since: int
     pending: bool
-    """The tables have started it while the audit followed."""
+    """Whether the tables have started it in answer to an event of the audit's own."""
     stopping: bool = False
     owner: int | None = None
 
 
 @dataclass(slots=True)
 class KnownRequest:
-    """What is known of a request."""
+    """The state of the audit for one request.
+
+    `slots`: by slot of the tables, None if idle; `slot_of`: by recorded instance, its slot, `REFUSED`, `UNDECIDED`, or
+    None if it does not run. `asked`, `denied`: the number of the event in which it was last asked, or rejected.
+    """
 
     slots: list[HeldSlot | None]
     slot_of: list[int | None]
@@ -69,13 +73,13 @@ class KnownRequest:
     rule: str | None = None
     waits_for: str | None = None
     open: bool = False
-    """The last ask was rejected, and no launch has taken that up."""
+    """Whether the last ask was answered `reject` or `invalid`, and no deed has taken that up."""
     wanted: bool = False
-    """It was withheld when an event was told last."""
+    """Whether a launch of it was withheld at the end of the last told event."""
 
 
 class Follower:
-    """The audit of one mission. `tell` hears of each divergence, and of each ask if these are wanted."""
+    """The audit of one mission. `tell` gets each divergence, and each ask if `wants_asks`."""
 
     def __init__(
         self, model: Model, checker: AuditChecker, tell: Callable[[AuditRow], None], wants_asks: bool = False
@@ -95,7 +99,7 @@ class Follower:
         self.figures = MissionFigures()
 
     def take(self, line: int, noted: Noted) -> None:
-        """Take what a line says."""
+        """Take the items of a line."""
         self._line, self._time = line, noted.time
         for item in noted.items:
             match item:
@@ -208,7 +212,10 @@ class Follower:
         return instance if instance in free else free[0] if free else None
 
     def _ending(self, name: str, instance: int) -> int | None:
-        """Return the slot whose end is reported, which is idle from now on; None if there is none."""
+        """Return the slot that a report of an instance ends, which is idle from now on; None if there is none.
+
+        If the tables had not launched the instance, this notes a divergence `ran`.
+        """
         known = self._known[name]
         slot = self._meant(name, instance)
         known.slot_of[instance] = None
@@ -249,7 +256,7 @@ class Follower:
                 self._refuse(name, instance, known.answer, known.rule)
 
     def _vacate(self, name: str, instance: int) -> None:
-        """End what an instance was before."""
+        """End the earlier run of an instance, if its end was not recorded, as interrupted."""
         known = self._known[name]
         slot, known.slot_of[instance] = known.slot_of[instance], None
         if slot is not None and slot >= 0:
@@ -325,7 +332,7 @@ class Follower:
     # ---- the tables ----
 
     def _follow(self, event: Event) -> None:
-        """Raise an event that was not recorded."""
+        """Ask the tables an event of the audit's own."""
         self.figures.followed += 1
         self._take(self._checker.step(event), False)
 
@@ -334,7 +341,7 @@ class Follower:
             self._follow(AbortWaiting(name))
 
     def _take(self, actions: Iterable[Action], counted: bool) -> None:
-        """Take in what answers an event; `counted`: the event was recorded, and is not the audit's own."""
+        """Take over the actions that answer an event; `counted` iff it was recorded and is not the audit's own."""
         for action in actions:
             if counted:
                 self._use(action)
@@ -359,7 +366,7 @@ class Follower:
                     assert_never(action)
 
     def _use(self, action: Action) -> None:
-        """Count the rules that an action names."""
+        """Count the rule and the launch rule that an action names as used."""
         rule = None if isinstance(action, Invalid) else action.rule
         origin = action.launch_rule if isinstance(action, Launched | Waits | Rejected) else None
         for each in dict.fromkeys((rule, origin)):
@@ -373,9 +380,9 @@ class Follower:
 
 
 def verdict(name: str, actions: Iterable[Action]) -> tuple[AuditAnswer, str | None]:
-    """Return what an ask of a request is answered in the end, and the rule.
+    """Return the final answer to an ask of a request, and its rule or code.
 
-    It is the first answer about the newcomer; if it waits, what becomes of that in the same step.
+    It is the first answer about the newcomer, but `wait` gives way to a later launch or reject in the same step.
     """
     answer: tuple[AuditAnswer, str | None] = "none", None
     for action in actions:

@@ -1,4 +1,4 @@
-"""An audit as JSON; what `exover report --audit` reads and shows."""
+"""Renders an audit as JSON, and reads it again for `exover report --audit`."""
 
 import json
 import math
@@ -12,12 +12,12 @@ from exover.model.wire import Json, indented, number
 
 
 def render(audit: Audit) -> str:
-    """Return an audit as one object with a final newline."""
+    """Return an audit as text: one JSON object with a final newline."""
     return indented(document(audit))
 
 
 def document(audit: Audit) -> Json:
-    """Return the object."""
+    """Return an audit as the object that is rendered."""
     from exover.model.canonical import digest
 
     return {
@@ -93,16 +93,16 @@ _AUDIT = {
     "missions": [],
     "total": _FIGURES,
 }
-"""What a page reads: objects by key (`*`: any), lists by what each element is, `int` for a count."""
+"""The shape of what a page reads: objects by key (`*`: any key), lists by their element, `int` for a count."""
 _MOST = 1 << 64
 
 
 class NoAudit(Exception):
-    """A text is no audit."""
+    """The text is no rendered audit."""
 
 
 def read(text: str) -> Json:
-    """Return what a page shows of a rendered audit; raises `ValueError` if it is no JSON, `NoAudit` if it is none."""
+    """Return what a page shows of a rendered audit; raises `ValueError` if it is no JSON, `NoAudit` if no audit."""
     try:
         found = json.loads(text, parse_constant=_finite, parse_float=_finite, parse_int=_count)
     except RecursionError as error:
@@ -130,7 +130,7 @@ def _count(digits: str) -> int:
 
 
 def _part(found: object, shape: object) -> Any:
-    """Return of a value what its shape has; raises `NoAudit` if it is of another."""
+    """Return the parts of a value that the shape names; raises `NoAudit` if it has another shape."""
     match shape:
         case dict() if isinstance(found, dict):
             if "*" in shape:

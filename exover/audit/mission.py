@@ -1,4 +1,4 @@
-"""What a recorded mission consists of, and how a line of one is read (docs/audit.md)."""
+"""The items of a recorded mission, and the reader of its lines (docs/audit.md)."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -36,35 +36,35 @@ class KillDeed:
 
 @dataclass(frozen=True, slots=True)
 class WaitDeed:
-    """The robot has put the ask into the waiting place."""
+    """The robot has put an ask of this request into the waiting place."""
 
     request: str
 
 
 @dataclass(frozen=True, slots=True)
 class RejectDeed:
-    """The robot has refused the ask, or what waited."""
+    """The robot has refused an ask of this request, or what waited there."""
 
     request: str
 
 
 @dataclass(frozen=True, slots=True)
 class ToldMark:
-    """What stands since the last event is all that the robot did about it."""
+    """The deeds since the last event are all that the robot did about it: the event is told."""
 
 
 @dataclass(frozen=True, slots=True)
 class LostLines:
-    """So many lines are missing."""
+    """So many lines of the mission are missing here."""
 
     lines: int
 
 
 @dataclass(frozen=True, slots=True)
 class Unread:
-    """What cannot be read for a fault: an event or a launch, of the request if that is known.
+    """An event, a deed or another line that cannot be read, with its fault, and its request if that is known.
 
-    A report has an instance if that is known: it has ended, whatever it said.
+    An unread report with a known instance still says that the instance has ended.
     """
 
     fault: Invalid
@@ -74,13 +74,13 @@ class Unread:
 
     @property
     def foreign(self) -> bool:
-        """Whether it is a mistake: of another spec, or no line of a mission at all."""
+        """Whether this counts as a mistake, as of another spec or no mission at all; a value out of range does not."""
         return self.fault.code != "out-of-range"
 
 
 @dataclass(frozen=True, slots=True)
 class Void:
-    """A report or an abort that was none: the record itself answers it as invalid."""
+    """A report or an abort that the record itself answers as `invalid`."""
 
 
 Deed = LaunchDeed | KillDeed | WaitDeed | RejectDeed
@@ -89,7 +89,7 @@ Item = Event | Deed | ToldMark | LostLines | Void | Unread
 
 @dataclass(frozen=True, slots=True)
 class Noted:
-    """What a line says, in its order, and when it was written: NaN if that is not said, or is at `fault`."""
+    """The items of a line in order, and its time in seconds; NaN if it has none, or for `fault`."""
 
     items: tuple[Item, ...]
     time: float = math.nan
@@ -97,7 +97,7 @@ class Noted:
 
 
 def read_line(model: Model, line: bytes, behind: bytes = b"") -> Noted:
-    """Return what a line that is not blank says; `behind` is the next such line, which may hold its actions."""
+    """Return the content of a line that is not blank; `behind`: the next such line, which may hold its actions."""
     entries = read_object(line)
     if isinstance(entries, Invalid):
         return Noted((Unread(entries),))
@@ -107,7 +107,7 @@ def read_line(model: Model, line: bytes, behind: bytes = b"") -> Noted:
 
 
 def _is_denied(event: object, behind: bytes) -> bool:
-    """Return whether an event is a report or an abort that was none, as the actions in the next line say."""
+    """Return whether an event is a report or an abort that the actions in the next line answer as `invalid`."""
     if not _is_event(event) or not _ends(event):
         return False
     entries = read_object(behind)
@@ -117,12 +117,12 @@ def _is_denied(event: object, behind: bytes) -> bool:
 
 
 def read_noted(model: Model, entries: Json) -> Noted:
-    """Return what the object of a line says."""
+    """Return the content of a line, given its object."""
     return Noted(tuple(_items(model, entries)), *read_time(entries.get("time")))
 
 
 def read_time(found: object) -> tuple[float, Invalid | None]:
-    """Return a time in seconds, NaN if it is none, and what is wrong with it: it is a number, and not finite."""
+    """Return a time in seconds, NaN if this is no finite number; and a fault if it is a number that is not finite."""
     if isinstance(found, bool) or not hasattr(found, "__float__"):
         return math.nan, None
     try:
@@ -187,7 +187,7 @@ def _actions(model: Model, found: object) -> Iterator[Item]:
 
 
 def read_recorded(model: Model, entries: Json) -> Event | Unread:
-    """Return the event of an object that has one of `KINDS`, or why it cannot be read."""
+    """Return the event in an object with a key of `KINDS`, or `Unread` with the reason."""
     event = read_entries(model, entries)
     if not isinstance(event, Invalid):
         return event
@@ -235,7 +235,7 @@ def _launch(model: Model, name: str, instance: int | Invalid, entries: Mapping[s
 
 
 def _instance(model: Model, name: str, entries: Mapping[str, Any]) -> int | Invalid:
-    """Return the instance that an object names."""
+    """Return the instance that an object names, 0 if it names none, or why that is none of the request."""
     given = {"instance": entries["instance"]} if "instance" in entries else {}
     read = read_entries(model, {"report": name, "outcome": "interrupted", **given})
     return read.slot if isinstance(read, Report) else read if isinstance(read, Invalid) else 0

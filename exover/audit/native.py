@@ -1,4 +1,4 @@
-"""The audit in C (`exover/runtime/audit.c`): compiled with the tables of a model, called in this process."""
+"""Calls the audit in C (`exover/runtime/audit.c`), compiled with the tables of a model, in this process."""
 
 import ctypes
 import struct
@@ -21,23 +21,23 @@ from exover.run.codec import ABORTED, OWN, Codec
 from exover.run.native import NativeFault, compile_with
 
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC", "-DEXOVER_SCRUB=0")
-"""Nobody's memory decays while an audit runs, so tables are not looked at again in each step."""
+"""Without scrubbing: an audit need not check its tables against memory faults in each step."""
 MOST_NUMBERED = 65_000
-"""Requests, observables or instances: they are numbered by two bytes."""
+"""The most requests, variables, or instances of a request: two bytes hold their numbers."""
 MOST_VALUES = 256
 DONE, ODD, FULL = range(3)
 MOST = (1 << 64) - 1
 BATCH = 2000
-"""Records of a line that are handed in before rows are taken away."""
+"""The most records of a line that C takes in one call; the rows it has found are fetched after each call."""
 _ROW = struct.Struct("<Qd6i")
 _INVALID = -100
 
 Odd = Callable[[int, bytes, bytes], Noted | None]
-"""Reads a line, or record, that C does not read, by its number, and of lines with the next; None if it says nothing."""
+"""Reads a line or record that C does not read: takes its number, its bytes, and the next line; None if it is blank."""
 
 
 def compile_library(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> bytes:
-    """Return the audit of these tables as a shared library; raises `NativeUnavailable`."""
+    """Return the bytes of a shared library that audits by these tables; raises `NativeUnavailable`."""
     if not _is_numbered(model):
         raise NativeUnavailable(f"the spec has more than {MOST_NUMBERED} of something, or {MOST_VALUES} arguments")
     with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
@@ -52,7 +52,7 @@ def _is_numbered(model: Model) -> bool:
 
 
 class NativeAuditor:
-    """The audit of one mission after the other; raises `NativeUnavailable` if the library cannot be loaded."""
+    """Audits missions one after the other in C; raises `NativeUnavailable` if the library cannot be loaded."""
 
     def __init__(self, model: Model, tables: Tables, library: bytes) -> None:
         self._library = _load(library)
@@ -67,18 +67,18 @@ class NativeAuditor:
         self._tell: Callable[[AuditRow], None] = lambda row: None
 
     def close(self) -> None:
-        """Give its memory back."""
+        """Free the memory of the audit."""
         self._library.audit_free(self._audit)
 
     def start(self, tell: Callable[[AuditRow], None], wants_asks: bool = False, most: int = MOST) -> None:
-        """Begin a mission, of which at most so many rows are told."""
+        """Begin a mission; `tell` gets at most `most` rows of it, asks among them if `wants_asks`."""
         self._tell = tell
         status = int(self._library.audit_start(self._audit, int(wants_asks), most))
         if status:
             raise NativeFault(f"the compiled checker refuses its tables: status {status}")
 
     def take(self, line: int, noted: Noted, timed: bool = True) -> None:
-        """Take what a line says; with its time, unless that holds on."""
+        """Take the items of a line that was read in Python, and its time iff `timed`; else the last time holds on."""
         records = list(self._writer.noted(noted))[0 if timed else 1 :]
         self._library.audit_at(self._audit, line)
         used = ctypes.c_size_t()
@@ -88,17 +88,17 @@ class NativeAuditor:
             self._drain()
 
     def place(self) -> int:
-        """Return how many lines or records were read."""
+        """Return the number of lines or records that were read."""
         return int(self._library.audit_place(self._audit))
 
     def lines(self, data: bytes, last: bool, odd: Odd) -> int:
-        """Take the lines of a piece that are whole; return how many bytes they have."""
+        """Take the whole lines of a piece of the file, `last` iff it is the last; return the number of their bytes."""
         return self._pieces(
             data, odd, lambda at, size, used: self._library.audit_lines(self._audit, at, size, last, used), last
         )
 
     def records(self, data: bytes, odd: Odd) -> int:
-        """Take the records of a piece that are whole; return how many bytes they have."""
+        """Take the whole records of a piece of the file; return the number of their bytes."""
         call = self._library.audit_records
         return self._pieces(data, odd, lambda at, size, used: call(self._audit, at, size, 0, used))
 
@@ -109,7 +109,7 @@ class NativeAuditor:
         call: Callable[[int, int, ctypes.c_size_t], int],
         last: bool | None = None,
     ) -> int:
-        """Take what is whole of a piece: of records, or, if it is said whether it is the last piece, of lines."""
+        """Take the whole lines of a piece, or with `last` None its whole records; return the number of their bytes."""
         start = ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p).value
         assert start is not None
         used, at = ctypes.c_size_t(), 0
@@ -126,7 +126,7 @@ class NativeAuditor:
                 at += size
 
     def _odd_record(self, data: bytes, at: int, odd: Odd) -> int:
-        """Take a record that C does not read; return how many bytes it has."""
+        """Take a record that C does not read; return the number of its bytes."""
         size = LENGTH.size + int(LENGTH.unpack_from(data, at)[0])
         number = self.place() + 1
         noted = odd(number, data[at + LENGTH.size : at + size], b"")
@@ -134,7 +134,7 @@ class NativeAuditor:
         return size
 
     def _odd_line(self, data: bytes, at: int, odd: Odd, last: bool) -> int:
-        """Take a line that C does not read; return how many bytes it has, 0 if the line behind it is not there yet."""
+        """Take a line that C does not read; return the number of its bytes, 0 if the line behind it is not read yet."""
         end = data.find(b"\n", at)
         size = (len(data) if end < 0 else end + 1) - at
         behind = line_behind(data, at + size, last)
@@ -167,7 +167,7 @@ class NativeAuditor:
         return OWN[number] if number in OWN else None if number < 0 else self._reasons[number]
 
     def figures(self) -> MissionFigures:
-        """Return the counts of the mission; raises `NativeFault` if the checker has found a fault in itself."""
+        """Return the counts of the mission; raises `NativeFault` if the checker is faulty."""
         fault = self._library.audit_fault(self._audit)
         if fault:
             raise NativeFault(f"the compiled checker found a fault: status {fault}")
@@ -196,7 +196,7 @@ class NativeAuditor:
 def _described(
     model: Model, reason_count: int
 ) -> tuple[ctypes.Array[ctypes.c_int64], bytes, ctypes.Array[ctypes.c_int64]]:
-    """Return what `audit_new` is told of a model: its numbers, its names, and where each of these ends."""
+    """Return a model as the arguments of `audit_new`: its numbers, its names joined, and the end of each name."""
     names: list[bytes] = []
 
     def name(text: str) -> int:
@@ -247,7 +247,7 @@ def _bits(real: float) -> int:
 
 
 def _load(library: bytes) -> ctypes.CDLL:
-    """Return the library, loaded."""
+    """Load the library and declare its functions."""
 
     def make(folder: Path) -> Path:
         (folder / "audit.so").write_bytes(library)

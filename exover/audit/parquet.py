@@ -1,4 +1,4 @@
-"""Missions as Parquet tables (docs/audit.md, "Tables"; extra `exover[audit]`)."""
+"""Reads missions from Parquet tables (docs/audit.md, "Tables"; extra `exover[audit]`)."""
 
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -20,7 +20,7 @@ VALUES = ("args", "results", "value", "actions")
 
 
 def rows(model: Model, path: str) -> Iterator[tuple[int, Noted]]:
-    """Yield what the rows say, with their numbers from 1; raises `NoMission` and `OSError`."""
+    """Yield number, from 1, and content of each row; raises `NoMission` and `OSError`."""
     try:
         with pq.ParquetFile(path) as file:
             known = [name for name in COLUMNS if name in file.schema_arrow.names]
@@ -49,7 +49,7 @@ def _noted(model: Model, row: Mapping[str, Any]) -> Noted:
 
 
 def _json(found: Any) -> Any:
-    """Return a value that is JSON as text; what is no JSON is the text itself, the name of an enum value."""
+    """Return the value of a cell: JSON in a text is read; other text stays, as the name of an enum value."""
     if not isinstance(found, str):
         return _there(found)
     read = read_object(f'{{"value": {found}}}')
@@ -57,7 +57,7 @@ def _json(found: Any) -> Any:
 
 
 def _there(found: Any) -> Any:
-    """Return a value without nulls, which stand for what another row has; a map as an object."""
+    """Return a value without the null fields of structs, which other rows have; a map becomes an object."""
     match found:
         case dict():
             return {key: _there(value) for key, value in found.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What became of missions: each of them, and all together."""
+"""Results of an audit: of each mission, and of all missions together."""
 
 from collections.abc import Sequence
 from dataclasses import field
@@ -8,13 +8,13 @@ from exover.dataclass import dataclass
 from exover.model.model import Model
 
 MOST_ROWS = 1000
-"""Divergences of a mission that are kept with their places; all are counted."""
+"""The most divergences of a mission that are kept with their lines; all are counted."""
 MOST_MISTAKES = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """What cannot be read in a mission, and in which line."""
+    """A mistake in a mission, and its line."""
 
     line: int
     text: str
@@ -22,24 +22,24 @@ class Mistake:
 
 @dataclass(frozen=True, slots=True)
 class MissionResult:
-    """What an audit says of one mission; `error` if it was not audited, and why. It can be sent to other processes."""
+    """The audit of one mission; `error`: why it was not audited, if so. It can be sent to other processes."""
 
     name: str
     figures: MissionFigures = field(default_factory=MissionFigures)
     rows: tuple[AuditRow, ...] = ()
-    """The divergences, the first ones."""
+    """The first divergences, at most `MOST_ROWS`."""
     mistakes: tuple[Mistake, ...] = ()
     mistake_count: int = 0
     notes: tuple[str, ...] = ()
     error: str = ""
     died: bool = False
-    """The process that audited it died, twice."""
+    """Whether the process that audited it died, and died again on a second try."""
     table: bytes | str | None = None
-    """All rows as Parquet, or the file that holds them."""
+    """All rows as Parquet, or the path of the file that holds them; None if they are not wanted."""
 
     @property
     def divergences(self) -> int:
-        """How often it diverges."""
+        """The number of divergences."""
         return self.figures.diverged.total()
 
     @property
@@ -50,7 +50,7 @@ class MissionResult:
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """What an audit says of missions, in the order in which they were named."""
+    """The audit of all missions, in the order in which they were named."""
 
     version: str
     model: Model
@@ -72,7 +72,7 @@ class Audit:
 
 
 def rules_of(model: Model) -> tuple[str, ...]:
-    """Return the names of all that can be used: guards, rules, resources, launch rules, in the order of the text."""
+    """Return the names of guards, rules, resources and launch rules, whose use is counted, in the order of the text."""
     from exover.ocrd.reasons import reasons
 
     return tuple(dict.fromkeys(reason.rule for reason in reasons(model)[1:]))

@@ -1,4 +1,4 @@
-"""An audit in SARIF 2.1.0: a result for each divergence, where the request is declared."""
+"""Renders an audit as SARIF 2.1.0: a result for each divergence, located where its request is declared."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ RULES = {
 
 
 def render(audit: Audit) -> str:
-    """Return a log of one run as text with a final newline."""
+    """Return a SARIF log of one run as text with a final newline."""
     rules = [
         {
             "id": f"exover/audit/{kind}",

@@ -1,4 +1,4 @@
-"""Where missions are read: which file is what, and its lines, records or messages, piece by piece."""
+"""Finds mission files, tells their formats apart, and reads lines and records piece by piece."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -20,12 +20,15 @@ PIECE = 1 << 20
 
 
 def is_bag(path: str) -> bool:
-    """Return whether a path is that of a bag."""
+    """Return whether a path is that of a bag, by its suffix or its `metadata.yaml`."""
     return path.endswith(BAGS) or os.path.isfile(os.path.join(path, METADATA))
 
 
 def missions_in(path: str) -> Iterator[str]:
-    """Yield the missions that a path names: itself, or what is in the folder, by name; raises `OSError`."""
+    """Yield the path itself if it is a file or a bag, else the missions in and below the folder, by name.
+
+    Raises `OSError`.
+    """
     if not os.path.isdir(path) or is_bag(path):
         yield path
         return
@@ -39,12 +42,12 @@ def missions_in(path: str) -> Iterator[str]:
 
 
 def has_records(path: str, file: BufferedReader) -> bool:
-    """Return whether a mission that was opened holds records, and not lines; nothing is taken. Raises `OSError`."""
+    """Return whether an open file holds records and not lines, without consuming bytes. Raises `OSError`."""
     return path.endswith(RECORDS) or file.peek(len(MAGIC))[: len(MAGIC)] == MAGIC
 
 
 def whole_lines(model: Model, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
-    """Yield what the lines say that are not blank, with their numbers."""
+    """Yield number, from 1, and content of each line that is not blank."""
     held: tuple[int, bytes] | None = None
     distance = 0
     for number, line in enumerate(lines_of(file), 1):
@@ -58,9 +61,9 @@ def whole_lines(model: Model, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
 
 
 def line_behind(data: bytes, start: int, last: bool) -> bytes | None:
-    """Return the first line from a place on that is not blank, if it ends within the length of a line; else nothing.
+    """Return the first line from `start` on that is not blank and ends within `MAX_LINE` bytes; empty if there is none.
 
-    None: that is not known before more was read.
+    None if that is not known before more is read; `last` iff these are the last bytes of the file.
     """
     end = min(len(data), start + MAX_LINE)
     last = last and end == len(data)
@@ -77,9 +80,9 @@ def line_behind(data: bytes, start: int, last: bool) -> bytes | None:
 
 
 def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callable[[bytes], None]) -> None:
-    """Hand a file over in pieces, and what was left of each again with the next; `take` says how much it has taken.
+    """Give a file to `take` in pieces; it returns how many bytes it has taken, and gets the rest with the next piece.
 
-    Of a line that is too long only as much as shows that it is goes to `overlong`.
+    The first `TOO_LONG` bytes of a line that is too long go to `overlong`; the rest of the line is skipped.
     """
     rest, skips = b"", False
     while True:
@@ -98,7 +101,7 @@ def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callabl
 
 
 def records(reader: RecordReader, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
-    """Yield what the records say, with their numbers; raises `NoMission` where no more can be read."""
+    """Yield number, from 1, and content of each record; raises `NoMission` where no more can be read."""
     rest, number = b"", 0
     while piece := file.read(PIECE):
         found, rest = split(rest + piece)
@@ -111,7 +114,7 @@ def records(reader: RecordReader, file: BinaryIO) -> Iterator[tuple[int, Noted]]
 
 
 def record_pieces(file: BinaryIO, take: Callable[[bytes], int]) -> None:
-    """Hand records over in pieces; raises `NoMission` where no more can be read."""
+    """Give records to `take` in pieces, as `pieces` does; raises `NoMission` where no more can be read."""
     rest = b""
     while piece := file.read(PIECE):
         data = rest + piece

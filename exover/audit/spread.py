@@ -1,4 +1,4 @@
-"""Missions spread over processes, or over a cluster; results in the order of the missions whoever was first."""
+"""Audits missions in several processes, or on a cluster; results come in the order of the missions."""
 
 import threading
 from collections.abc import Sequence
@@ -17,15 +17,15 @@ from exover.run.native import NativeFault
 DIED = "the process that audited it died, and again when it was tried alone"
 RETRIES = 2
 Paths = Sequence[tuple[str, str]]
-"""Missions: where they are, and what they are called."""
+"""Missions: path and name of each."""
 
 
 class ClusterUnavailable(Exception):
-    """The cluster cannot be reached, or nothing is there to reach it with; the text says why."""
+    """The cluster cannot be used, or `distributed` is not installed; the text says why."""
 
 
 def audit_all(job: Job, missions: Paths, jobs: int, progress: Progress) -> list[MissionResult]:
-    """Return what an audit says of missions, looked at by so many processes."""
+    """Return the audits of missions, in their order, by at most `jobs` processes."""
     if jobs == 1 or len(missions) == 1:
         auditor = MissionAuditor(job)
         try:
@@ -43,7 +43,7 @@ def audit_all(job: Job, missions: Paths, jobs: int, progress: Progress) -> list[
 def _pooled(
     job: Job, missions: Paths, wanted: Sequence[int], jobs: int, found: dict[int, MissionResult], progress: Progress
 ) -> list[int]:
-    """Audit missions in a pool of processes; return those that were not since a process has died."""
+    """Audit the wanted missions in a pool into `found`; return the numbers of those left since a process died."""
     context = get_context("fork" if "fork" in get_all_start_methods() else "spawn")
     with ProcessPoolExecutor(jobs, context, _begin, (job,)) as pool:
         futures: dict[Future[MissionResult], int] = {}
@@ -89,9 +89,9 @@ def _audit(path: str, name: str, number: int) -> MissionResult:
 def audit_on_cluster(
     job: Job, missions: Paths, address: str, progress: Progress, patience: float = 10
 ) -> list[MissionResult]:
-    """Return what an audit says of missions, one a task, on a cluster of dask.distributed; rows come with the results.
+    """Return the audits of missions on a cluster of dask.distributed, one mission a task; rows come with the results.
 
-    Raises `ClusterUnavailable`, if it cannot be reached within so many seconds.
+    Raises `ClusterUnavailable`, also if the cluster cannot be reached within `patience` seconds.
     """
     try:
         from distributed import Client, KilledWorker
@@ -124,11 +124,11 @@ def audit_on_cluster(
 
 _LOCK = threading.Lock()
 _LIBRARIES: dict[bytes, bytes | None] = {}
-"""What a worker has compiled, by what was asked for."""
+"""What a worker has compiled, by the digest of the model; None where it could not."""
 
 
 def _on_worker(job: Job, native: bool, path: str, name: str) -> MissionResult:
-    """Audit a mission in a thread of a worker, which compiles the checker once."""
+    """Audit a mission in a thread of a worker, whose process compiles each checker once."""
     auditor = MissionAuditor(replace(job, library=_library(job) if native else None))
     try:
         return auditor.audit(path, name)

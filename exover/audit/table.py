@@ -1,4 +1,4 @@
-"""All rows of missions as Parquet (extra `exover[audit]`)."""
+"""Writes all rows of missions as Parquet (extra `exover[audit]`)."""
 
 import math
 import os
@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from exover.audit.trail import AuditRow
 
 BATCH = 65_536
-"""Rows of a group."""
+"""The rows of a row group."""
 SCHEMA = pa.schema(
     [
         ("mission", pa.string()),
@@ -29,7 +29,7 @@ SCHEMA = pa.schema(
 
 
 class RowTable:
-    """Writes the rows of a mission, to a file in a folder or, if that is empty, into memory; raises `OSError`."""
+    """Writes the rows of a mission to a file in `folder` or, if that is empty, into memory; raises `OSError`."""
 
     wanted = True
 
@@ -40,24 +40,24 @@ class RowTable:
         self._columns: list[list[Any]] = [[] for _ in SCHEMA]
 
     def __enter__(self) -> "RowTable":
-        """Open what is written to."""
+        """Open the file."""
         self._writer = pq.ParquetWriter(self._path or self._memory, SCHEMA)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Write the rest."""
+        """Write the remaining rows, and close the file."""
         self._flush()
         self._writer.close()
 
     @property
     def made(self) -> bytes | str:
-        """What was written, or where."""
+        """The path of the file, or the bytes that were written."""
         return self._path or self._memory.getvalue()
 
     def add(self, row: AuditRow) -> None:
-        """Write a row."""
+        """Add a row."""
         time = None if math.isnan(row.time) else row.time
         answer = None if row.answer == "none" else row.answer
         found = (self._mission, row.line, time, row.kind, row.request, row.instance, answer, row.rule)

@@ -1,4 +1,4 @@
-"""An audit as text."""
+"""Renders an audit as text."""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from exover.model.model import Model
 from exover.model.wording import slot_text, visible
 
 SHOWN = 10
-"""Divergences of a mission that are listed."""
+"""The most divergences of a mission that are listed."""
 SAYS = {
     "launched": "the robot launched {subject}, and the tables {answer}",
     "ran": "{subject} has ended, and the tables had not launched it{answer}",
@@ -32,7 +32,7 @@ def render(audit: Audit) -> str:
 
 
 def last_line(audit: Audit) -> str:
-    """Return what became of all missions."""
+    """Return the summary of all missions."""
     total, count = audit.total, len(audit.missions)
     missions = f"{count} mission" + ("s" if count != 1 else "")
     if not total.diverged:
@@ -66,7 +66,7 @@ def _mission(model: Model, mission: MissionResult) -> Iterator[str]:
 
 
 def row_text(model: Model, row: AuditRow) -> str:
-    """Return a divergence as a sentence without its place."""
+    """Return a divergence as text without its place."""
     subject = row.request if row.instance is None else slot_text(model, row.request, row.instance)
     answer = ANSWERED[row.answer]
     if row.kind == "ran" and answer:

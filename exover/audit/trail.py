@@ -1,4 +1,4 @@
-"""What an audit finds: rows, and figures of a whole mission."""
+"""What an audit finds: rows of asks and divergences, and the counts of a mission."""
 
 from collections import Counter
 from dataclasses import field
@@ -11,13 +11,13 @@ ANSWERS: tuple[AuditAnswer, ...] = get_args(AuditAnswer)
 Divergence = Literal["launched", "ran", "kept", "withheld", "stopped", "otherwise"]
 DIVERGENCES: tuple[Divergence, ...] = get_args(Divergence)
 REFUSED: tuple[Divergence, ...] = ("launched", "ran", "kept")
-"""What the robot did against the tables; the others are things that it did not do, or did on its own."""
+"""The divergences that SARIF reports as errors; the others are notes."""
 KINDS = ("ask", *DIVERGENCES)
 
 
 @dataclass(frozen=True, slots=True)
 class AuditRow:
-    """An ask, or a divergence: where it is in the mission, and what the tables said, with the rule or the code."""
+    """An ask or a divergence: its line and time, NaN if unknown, and the answer of the tables with its rule or code."""
 
     line: int
     time: float
@@ -30,18 +30,18 @@ class AuditRow:
 
 @dataclass(slots=True)
 class MissionFigures:
-    """Counts over a mission."""
+    """Counts over one mission or several."""
 
     events: int = 0
     told: int = 0
     deeds: int = 0
     passed: int = 0
-    """Reports, aborts and stops of what the tables had not let run, or whose launch is undecided."""
+    """Recorded events and kills that were not put to the tables, as of instances that do not run there."""
     undecided: int = 0
     invalid: int = 0
     lost: int = 0
     followed: int = 0
-    """Events that the audit has raised to follow the robot."""
+    """Events of the audit's own, asked to follow the robot."""
     asks: Counter[tuple[str, AuditAnswer]] = field(default_factory=Counter)
     used: Counter[str] = field(default_factory=Counter)
     diverged: Counter[str] = field(default_factory=Counter)
@@ -55,7 +55,7 @@ class MissionFigures:
         self.diverged.update(other.diverged)
 
     def plain(self) -> "MissionFigures":
-        """Return the same without counts of nought, so that equal missions have equal figures."""
+        """Drop counts of zero, so that equal missions have equal figures, and return self."""
         for counter in (self.asks, self.used, self.diverged):
             for key in [key for key, count in counter.items() if not count]:
                 del counter[key]
