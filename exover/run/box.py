@@ -1,6 +1,6 @@
-"""The bytes of a black box (docs/runtime.md): the runs that a checker recorded, in the numbers of exover.h.
+"""Reads the bytes of a black box (docs/runtime.md): the runs that a checker recorded, in the numbers of exover.h.
 
-Bytes come from a robot that had an accident: a line that is not whole does not count, and ends what can be followed.
+The bytes come from a robot that had an accident: a line whose checksum is wrong does not count, and leaves a gap.
 """
 
 import struct
@@ -16,19 +16,19 @@ MAGIC, FORMAT = b"EXBX", 1
 OPENED, ASK, REPORT, OBSERVE, LEVEL, ABORT, ABORT_WAITING, VALUES, ANSWER, END = range(1, 11)
 EVENTS = range(ASK, VALUES)
 STEPS = 1 << 32
-"""Steps are counted modulo this."""
+"""Step numbers are counted modulo this."""
 ANEW = {(STEPS - 1, 0), (1 << 29, 1)}
-"""The steps of two events of which the next begins a new count. The second is of cells of 4 bytes, which tell the last
+"""Pairs of consecutive step numbers at which the count wraps. The second is of cells of 4 bytes, which tell the last
 step modulo 2^29: the box adds 1."""
 
 
 class NotABox(ValueError):
-    """The bytes are none; the message says what is wrong with them."""
+    """The bytes are no black box; the message says what is wrong with them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line that is whole: its number, its step, and what it says."""
+    """A line with a right checksum: its number, its step, its kind `what`, and its content."""
 
     number: int
     step: int
@@ -39,7 +39,9 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class BoxStep:
-    """An event and its answers, in the numbers of exover.h; `fault` is None if it was not answered."""
+    """An event and its answers, in the numbers of exover.h; `number`: its step; `fault`: its status, None if no answer
+    was recorded.
+    """
 
     number: int
     what: int
@@ -52,7 +54,7 @@ class BoxStep:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """The runs that are held, the oldest first; in how many lines something has changed, or that are half written."""
+    """The recorded runs, the oldest first; `damaged`: the number of lines with a wrong checksum."""
 
     digest: bytes
     runs: tuple[tuple[BoxStep, ...], ...]
@@ -63,7 +65,7 @@ class Box:
 
 
 def read_box(data: bytes) -> Box:
-    """Return what the memory of a black box holds; raises `NotABox`."""
+    """Return the content of the memory of a black box; raises `NotABox`."""
     if len(data) < HEADER.size or data[:4] != MAGIC:
         raise NotABox("it does not begin as one, with EXBX")
     _, version, count, _, digest, check = HEADER.unpack_from(data)
@@ -93,14 +95,17 @@ def _line(words: Sequence[int]) -> Line:
 
 
 def _last(lines: Iterable[Line]) -> list[Line]:
-    """Return the last lines that follow each other without a gap."""
+    """Return the lines behind the last gap in their numbers, in order."""
     ordered = sorted(lines, key=lambda line: line.number)
     gaps = [place for place, (left, right) in enumerate(pairwise(ordered), 1) if right.number != left.number + 1]
     return ordered[gaps[-1] if gaps else 0 :]
 
 
 def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
-    """Yield the runs: one from each opening on, or from where steps are counted anew; no rest of a lost step."""
+    """Yield the runs: a new one begins at each opening, and where step numbers do not follow each other.
+
+    Lines of a step whose event is lost are left out.
+    """
     run: list[BoxStep] = []
     for line in lines:
         if run and (line.what == OPENED or (line.what in EVENTS and not _follows(line.step, run[-1].number))):
@@ -119,12 +124,12 @@ def _follows(step: int, before: int) -> bool:
 
 
 def earlier(step: int) -> int:
-    """Return how many steps are before this one, at least."""
+    """Return the least number of steps before this one."""
     return (step - 1) % STEPS
 
 
 def _more(step: BoxStep, line: Line) -> BoxStep:
-    """Return a step with what a line behind its event says."""
+    """Return a step with the values, answer or status of a line behind its event."""
     a, b, c, e = line.words
     if line.what == VALUES:
         return replace(step, values=(*step.values, *(a | b << 32, c | e << 32)[: line.count]))

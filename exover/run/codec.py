@@ -1,4 +1,4 @@
-"""Events and answers as the numbers that the emitted code takes and gives; `exover.h` says what they mean."""
+"""Converts events and answers to and from the numbers of the emitted code; `exover.h` says what they mean."""
 
 import math
 import struct
@@ -31,18 +31,18 @@ from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
-"""The kinds of actions in exover.h."""
+"""The numbers of the kinds of actions in exover.h."""
 UNSAID, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
-"""Instead of a reason; `UNSAID` also instead of anything else that an action does not say."""
+"""Stand in for the number of a reason; `UNSAID` for that of anything else that an action does not say, too."""
 OWN = {SUPERSEDED: "superseded", ABORTED: "aborted", FAULTY: "faulty"}
 C_CODES = tuple(code for code in INVALID_CODES if code != "wrong-type")
-"""The codes of `invalid`, as `enum exover_invalid` has them, from 1: in C no value is of a wrong type."""
+"""The codes of `invalid` in the order of `enum exover_invalid`, from 1; in C no value is of a wrong type."""
 _WORD = struct.Struct("=Q")
 _LEVEL = struct.Struct("=q")
 
 
 class EventNumbers(NamedTuple):
-    """An event: a letter as in `runner.c`, its numbers, and its values as C has them in memory, 8 bytes each."""
+    """An event: its letter in `runner.c`, its numbers, and its values as in the memory of C, 8 bytes each."""
 
     letter: str
     numbers: tuple[int, ...]
@@ -50,12 +50,12 @@ class EventNumbers(NamedTuple):
 
     @property
     def bits(self) -> tuple[int, ...]:
-        """Return the 64 bits of each value."""
+        """The 64 bits of each value as an unsigned number."""
         return tuple(bits for (bits,) in _WORD.iter_unpack(self.values))
 
 
 class ActionNumbers(NamedTuple):
-    """An action as exover.h has it; of a launch with its arguments as C has them in memory."""
+    """An action in the numbers of exover.h; `values`: the arguments of a launch as in the memory of C."""
 
     kind: int
     request: int
@@ -66,26 +66,26 @@ class ActionNumbers(NamedTuple):
 
 
 class ValueLayout:
-    """Between the values of some parameters and their bytes in memory."""
+    """Converts the values of some parameters to and from their bytes in the memory of C, 8 each."""
 
     def __init__(self, params: Sequence[Parameter]) -> None:
         self._struct = struct.Struct("=" + "".join("d" if isinstance(each.type, Real) else "q" for each in params))
         self._params = params
         self._plain = all(isinstance(each.type, Int | Real) for each in params)
-        """Whether each value is its own number."""
+        """Whether values need no conversion to numbers: none is a bool or of an enum."""
 
     def pack(self, values: Args) -> bytes:
-        """Return values as bytes."""
+        """Return the bytes of values."""
         return self._struct.pack(*(values if self._plain else map(_number, self._params, values)))
 
     def unpack(self, data: bytes | memoryview) -> Args:
-        """Return the values that bytes are."""
+        """Return the values in bytes."""
         numbers = self._struct.unpack(data)
         return numbers if self._plain else tuple(map(_value, self._params, numbers))
 
 
 class Codec:
-    """Between the events and actions of a model and the numbers of its tables."""
+    """Converts the events and actions of a model to and from the numbers of its tables."""
 
     def __init__(self, model: Model, tables: Tables) -> None:
         self._model = model
@@ -121,16 +121,16 @@ class Codec:
                 assert_never(event)
 
     def untold(self, event: Event) -> tuple[Action, ...]:
-        """Return what the checker does not answer since no number can tell it: that a reading is out of range where
-        all numbers of 64 bits are in range. It is told the fallback then.
+        """Return the action `invalid` that the checker cannot give itself, for a broken reading of a range that has all
+        numbers of 64 bits: it is told the `else` value then. For other events return no action.
         """
         if not isinstance(event, Observe) or not event.broken:
             return ()
         return () if self._outside(self._variable[event.name]) else (_invalid("out-of-range", event),)
 
     def _outside(self, variable: int) -> bytes:
-        """Return a reading that is out of range, for which the checker itself takes the fallback; nothing if all that
-        can be told are in range.
+        """Return the bytes of a reading out of range, for which the checker takes the `else` value itself; none if all
+        numbers of 64 bits are in range.
         """
         if isinstance(self._model.variables[variable].type, Real):
             return struct.pack("=d", math.nan)
@@ -140,7 +140,7 @@ class Codec:
         return _LEVEL.pack(row.low - 1) if row.low > -(1 << 63) else b""
 
     def action(self, found: ActionNumbers, event: Event) -> Action:
-        """Return an action that answers an event; raises `ValueError` if it is none."""
+        """Return the action of these numbers, an answer to the event; raises `ValueError` if its kind is unknown."""
         kind, request, slot, reason, required, values = found
         if kind == LAUNCH:
             name = self._model.requests[request].name
@@ -151,7 +151,7 @@ class Codec:
         return self._answer(kind, request, slot, reason, required)
 
     def _action(self, kind: int, request: int, slot: int, reason: int, required: int) -> Action:
-        """Return an action that says nothing but these numbers: there are few of them."""
+        """Return the action of these numbers, neither a launch nor `invalid`; cached, since there are few of them."""
         if kind == VIOLATION:
             return Violated(*self._reason(reason))
         name, launch_rule = self._model.requests[request].name, self._origin(required)

@@ -1,4 +1,4 @@
-"""The bytes of the tables that a C or Rust source holds: what a compiler makes of it, written out."""
+"""Extracts the tables from an emitted C or Rust source: compiles it with a program that prints their bytes."""
 
 import re
 import tempfile
@@ -57,9 +57,9 @@ fn main() {
 
 
 def embedded(path: Path) -> bytes:
-    """Return the bytes of the tables in an emitted source, C with its headers beside it or Rust.
+    """Return the bytes of the tables in an emitted source: C with its headers beside it, or Rust.
 
-    Raises `NativeUnavailable` if there is no compiler, or if it does not take the source.
+    Raises `NativeUnavailable` if there is no compiler, it rejects the source, or the program does not run.
     """
     with tempfile.TemporaryDirectory(prefix="exover-") as folder:
         (_compile_rust if path.suffix == ".rs" else _compile_c)(path.resolve(), Path(folder))
@@ -81,7 +81,7 @@ def _compile_c(source: Path, folder: Path) -> None:
 
 
 def _compile_rust(source: Path, folder: Path) -> None:
-    """Compile the program; the records are those of the bytes, whatever the crate says of them."""
+    """Compile the program with its own module `records`, so that the records are those of the packed tables."""
     (folder / "tables.rs").write_bytes(source.read_bytes())
     (folder / "records.rs").write_text("\n".join(_records()), encoding="ascii")
     (folder / "dump.rs").write_text(WRITER, encoding="ascii")
@@ -89,7 +89,7 @@ def _compile_rust(source: Path, folder: Path) -> None:
 
 
 def _records() -> Iterator[str]:
-    """Yield the module `records`: what `tables.rs` is made of, and a function that visits its words in order."""
+    """Yield the lines of the module `records`: the types that `tables.rs` uses, and a visitor of its words in order."""
     sizes = {title: len(fields(kind)) for title, kind in SECTIONS} | {"sums": 2, "lists": 1}
     named = list(zip(sizes, RECORDS, strict=True))
     yield "use crate::tables::*;"

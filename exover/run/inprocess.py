@@ -1,4 +1,4 @@
-"""The emitted C as a shared library, called in this process: an engine that answers in microseconds."""
+"""An engine that calls the emitted C in this process, as a shared library; it answers in microseconds."""
 
 import ctypes
 import struct
@@ -14,13 +14,13 @@ from exover.run.codec import ActionNumbers, Codec
 from exover.run.native import NativeFault, compile_with
 
 LIBRARY_FLAGS = ("-std=c99", "-O0", "-pipe", "-shared", "-fPIC")
-"""Optimized, it compiles for 0.6 s longer, and an answer with what Python does for it takes 2.7 instead of 2.9 us."""
+"""Optimized code takes 0.6 s longer to compile, and an answer with its part in Python 2.7 in place of 2.9 us."""
 _EVENT = tuple(struct.Struct(f"={2 + count}i") for count in range(5))
-"""A letter, how many values there are, and the numbers of an event, of which there are four at most."""
+"""Layouts of an event by how many numbers it has, at most four: letter, count of values, numbers."""
 _VALUES = 24
-"""Where the values of an event begin."""
+"""Offset in bytes of the values of an event."""
 _HEAD = struct.Struct("=6q")
-"""The numbers of an answer before its values."""
+"""The numbers of an action before its values."""
 _STATUS = struct.Struct("=q")
 _WORD = 8
 
@@ -42,13 +42,13 @@ class InProcessEngine:
         self._host, *self._places = (ctypes.addressof(each) for each in (self._memory, sent, said))
         self._sent, self._said = memoryview(sent).cast("B"), memoryview(said).cast("B")
         self.fault = 0
-        """0, or why everything is denied, as `enum exover_status` numbers it."""
+        """0, or the `enum exover_status` for which everything is denied."""
         status = self._library.library_start(self._host)
         if status:
             raise NativeFault(f"the compiled checker refuses its tables: status {status}")
 
     def step(self, event: Event) -> tuple[Action, ...]:
-        """Take a well-formed event and return the actions that answer it; a faulty checker rejects for `faulty`."""
+        """Take a well-formed event and return the actions that answer it; a faulty checker rejects asks as `faulty`."""
         letter, numbers, values = self._codec.event(event)
         _EVENT[len(numbers)].pack_into(self._sent, 0, ord(letter), len(values) // _WORD, *numbers)
         self._sent[_VALUES : _VALUES + len(values)] = values
@@ -66,7 +66,7 @@ class InProcessEngine:
 
 
 def _load(model: Model, tables: Tables) -> ctypes.CDLL:
-    """Return the library, loaded."""
+    """Compile and load the library, and declare its functions."""
 
     def make(folder: Path) -> Path:
         return compile_with("library.c", "checker.so", model, tables, folder, LIBRARY_FLAGS)

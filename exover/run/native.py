@@ -1,7 +1,7 @@
-"""The emitted C, or Rust, at work: compiled with a compiler of the system, run as a process, asked line by line.
+"""An engine that runs the emitted C, or Rust, in a process: compiled with the system's compiler, asked line by line.
 
-`runner.c` describes the lines. Neither process nor file outlives the engine: the folder in which the sources were
-compiled is gone as soon as the process runs, and the process ends with its input.
+`runner.c` describes the lines. Neither process nor file outlives the engine: the folder of the sources is removed as
+soon as the process runs, and the process ends with its input.
 """
 
 import subprocess
@@ -24,22 +24,22 @@ from exover.ocrd.tables import Tables
 from exover.run.codec import FAULTY, ActionNumbers, Codec
 
 FLAGS = ("-std=c99", "-O0", "-pipe")
-"""Compiling takes longer than running a few thousand events."""
+"""Without optimization, since compiling takes longer than running a few thousand events."""
 BATCH = 4000
-"""Bytes that are sent before answers are read; a pipe holds them, so neither side waits for the other."""
+"""The most bytes sent before answers are read; a pipe holds them, so that there is no deadlock."""
 
 
 class NativeFault(RuntimeError):
-    """The compiled checker failed where it must not: a fault of exover's own."""
+    """The compiled checker failed where it must not, which is a fault of exover."""
 
 
 def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
-    """Return the program of the checker, compiled in `folder`; raises `NativeUnavailable`."""
+    """Return the path of the checker's program, compiled in `folder`; raises `NativeUnavailable`."""
     return compile_with("runner.c", "runner", model, tables, folder, flags)
 
 
 def compile_with(host: str, name: str, model: Model, tables: Tables, folder: Path, flags: Sequence[str]) -> Path:
-    """Return what the compiler makes in `folder` of the checker and its host; raises `NativeUnavailable`."""
+    """Compile the checker with a host file to `folder/name`, and return that path; raises `NativeUnavailable`."""
     compiler = find_compiler()
     for artefact in emit_tables(model, tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
@@ -49,11 +49,11 @@ def compile_with(host: str, name: str, model: Model, tables: Tables, folder: Pat
 
 
 Builder = Callable[[Model, Tables, Path, Sequence[str]], Path]
-"""What compiles a checker in a folder, with flags for the compiler, and returns the program; as `build` does."""
+"""Compiles a checker in a folder with these flags and returns the path of the program, as `build` does."""
 
 
 class NativeEngine:
-    """The emitted checker of a model as an engine: a context in which it runs, at first in the initial state."""
+    """An engine in a process, which runs while the context is open; it begins in the initial state."""
 
     def __init__(
         self, model: Model, tables: Tables, flags: Sequence[str] = FLAGS, compiled_by: Builder = build
@@ -99,7 +99,7 @@ class NativeEngine:
         return self._actions(answer, event)
 
     def replay(self, events: Iterable[Event]) -> tuple[tuple[Action, ...], ...]:
-        """Return the answers to each of the events from the initial state, to which the engine is set back."""
+        """Reset the engine to the initial state, and return the actions that answer each of the events."""
         known = list(events)
         answers = self._exchange(["z", *map(self.line, known)])
         return tuple(self._actions(answer, event) for answer, event in zip(answers, known, strict=True))
@@ -107,7 +107,7 @@ class NativeEngine:
     # ---- the process ----
 
     def _exchange(self, lines: Iterable[str]) -> Iterator[str]:
-        """Yield the answers to lines that are sent in batches."""
+        """Send lines in batches, and yield the answers."""
         batch: list[bytes] = []
         size = 0
         for line in lines:
@@ -168,7 +168,7 @@ class NativeEngine:
     # ---- events and answers ----
 
     def line(self, event: Event) -> str:
-        """Return the line that tells the process of an event."""
+        """Return the line of an event for the process, without its end."""
         found = self._codec.event(event)
         counted = [str(len(found.bits))] if found.letter in "ar" else []
         return " ".join([found.letter, *map(str, found.numbers), *counted, *(f"{bits:016x}" for bits in found.bits)])
@@ -190,6 +190,6 @@ class NativeEngine:
 
 
 def _close(stream: IO[bytes]) -> None:
-    """Close a pipe whose other end may be gone, with data on the way."""
+    """Close a pipe, also if its other end is closed and data is left to flush."""
     with suppress(BrokenPipeError):
         stream.close()

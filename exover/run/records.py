@@ -1,4 +1,4 @@
-"""Events and answers as binary records (docs/serve.md): what JSON lines say, without names."""
+"""Events and answers as binary records, which have numbers where JSON lines have names (docs/serve.md)."""
 
 import json
 import struct
@@ -51,11 +51,11 @@ class RecordCodec:
 
     @cached_property
     def _origins(self) -> dict[str, int]:
-        """The launch rules by name."""
+        """The number of each launch rule, by name."""
         return {each.name: self._rules[each.name, each.because] for each in self._model.launches}
 
     def description(self) -> bytes:
-        """Return what the numbers stand for, as a JSON object."""
+        """Return the description that says what the numbers stand for: a JSON object as text."""
         told = {
             "spec": self._model.name,
             "sha256": digest(self._model).hex(),
@@ -78,7 +78,7 @@ class RecordCodec:
     # ---- events ----
 
     def event(self, record: bytes) -> Event | Invalid:
-        """Return the event of a record, or the first of its faults."""
+        """Return the event of a record, or its first fault."""
         try:
             entries = self._entries(record)
         except struct.error:
@@ -86,7 +86,7 @@ class RecordCodec:
         return entries if isinstance(entries, Invalid) else read_entries(self._model, entries)
 
     def _entries(self, record: bytes) -> Json | Invalid:
-        """Return a record as the object of a JSON line; `struct.error` if it is too short."""
+        """Return a record as the object of a JSON line, or its fault; raises `struct.error` if it is too short."""
         kind, number = struct.unpack_from("<BH", record)
         rest = record[3:]
         if kind not in (0, 1, 2, 3, 4):
@@ -119,7 +119,7 @@ class RecordCodec:
     # ---- answers ----
 
     def answer(self, step: int, actions: Sequence[Action]) -> bytes:
-        """Return the record that answers the event of a step."""
+        """Return the record of the actions that answer the event of a step."""
         return _HEAD.pack(step, len(actions)) + b"".join(map(self._action, actions))
 
     def _action(self, action: Action) -> bytes:
@@ -173,7 +173,7 @@ def _values(params: Sequence[Parameter], data: bytes) -> dict[str, Any]:
 
 
 def _value(kind: Type, data: bytes) -> Any:
-    """Return a value as JSON has it; one outside its type stays outside."""
+    """Return a value as in JSON; a number outside its type gives a value outside it."""
     number = _unpacked(kind, data)
     match kind:
         case Bool():
@@ -185,7 +185,7 @@ def _value(kind: Type, data: bytes) -> Any:
 
 
 def name_of(names: Sequence[str], number: int) -> str:
-    """Return a name by its number; a number that has none as what is no name."""
+    """Return the name of this number; if there is none, `#` and the number, which is no name of the language."""
     return names[number] if 0 <= number < len(names) else f"#{number}"
 
 
@@ -195,6 +195,6 @@ def _packed(kind: Type, value: Value) -> bytes:
 
 
 def _unpacked(kind: Type, data: bytes) -> float | int:
-    """Return the real, or the ordinal, that eight bytes are; more are not looked at, fewer are a `struct.error`."""
+    """Return the real or the ordinal in the first eight bytes; raises `struct.error` if there are fewer."""
     number: float | int = struct.unpack_from("<d" if isinstance(kind, Real) else "<q", data)[0]
     return number

@@ -1,4 +1,4 @@
-"""What a black box recorded, as events of a spec, answered again on the reference interpreter (docs/runtime.md)."""
+"""Replays a black box: reads its steps as events of a spec, and asks the reference interpreter (docs/runtime.md)."""
 
 import json
 import struct
@@ -21,7 +21,7 @@ from exover.run.codec import ABORTED, FAULTY, INVALID, KILL, LAUNCH, OWN, REJECT
 from exover.run.simulate import ReferenceEngine
 
 NO_NAME = "?"
-"""No name of the language: what a box says of a thing that there is not."""
+"""Stands for a number that has no name in the spec; it is no name of the language."""
 VERBS = {
     LAUNCH: "launch",
     WAIT: "wait",
@@ -48,9 +48,9 @@ T = TypeVar("T")
 
 
 def replay(model: Model, run: Sequence[BoxStep], before: Iterable[bytes] = ()) -> tuple[Replayed, ...]:
-    """Return the steps of a run, answered again; `before` are the lines of events from loading to its first step.
+    """Return the steps of a run with the recorded and the expected answers.
 
-    If they do not reach that far nothing is expected.
+    `before`: the event lines from loading to the first step. If there are too few, no answers are expected.
     """
     engine = ReferenceEngine(model)
     missing = box.earlier(run[0].number)
@@ -77,7 +77,7 @@ def _steps(model: Model, run: Iterable[BoxStep], engine: ReferenceEngine | None)
 
 
 def _broken_bool(model: Model, step: BoxStep) -> Observe | None:
-    """Return the reading of a bool that is neither 0 nor 1, taken as its `else`, for which JSON has no value."""
+    """Return the broken reading of a bool, neither 0 nor 1, which JSON cannot say, with its `else` value; else None."""
     variable = _at(model.variables, step.words[0]) if step.what == box.OBSERVE else None
     if variable is None or variable.fallback is None or not isinstance(variable.type, Bool) or not step.values:
         return None
@@ -163,13 +163,13 @@ def _report(model: Model, step: BoxStep) -> Json:
 
 
 def _named(parameters: Sequence[Parameter], step: BoxStep) -> Json:
-    """Return the values by name; if there are more of them than parameters, one more has a name that there is not."""
+    """Return the values by name; if there are more than parameters, `NO_NAME` stands for the others."""
     found: Json = {p.name: _value(p, bits) for p, bits in zip(parameters, step.values, strict=False)}
     return found | ({NO_NAME: 0} if step.count > len(parameters) else {})
 
 
 def _value(parameter: Parameter, bits: int) -> Value:
-    """Return a value as JSON has it; one of another domain if there is no such value."""
+    """Return a value as in JSON; a number outside the type gives a value outside it."""
     integer = bits - (bits >> 63 << 64)
     match parameter.type:
         case Real():

@@ -1,4 +1,4 @@
-"""The emitted Rust at work: the crate and `runner.rs` compiled with rustc, and spoken to as the emitted C is."""
+"""An engine that runs the emitted Rust: compiles the crate and `runner.rs` with rustc, and talks to it as to the C."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from exover.ocrd.tables import Tables
 from exover.run.native import NativeEngine
 
 FLAGS = ("-Copt-level=0", "-Ccodegen-units=1", "-Cembed-bitcode=no")
-"""Compiling takes longer than running a few thousand events; and so overflows of numbers would be told."""
+"""Without optimization, since compiling takes longer than running a few thousand events; overflow panics so, too."""
 EDITION = "--edition=2021"
 
 
@@ -24,7 +24,7 @@ def find_rustc() -> list[str]:
 
 
 def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
-    """Return the program of the checker, compiled in `folder`; raises `NativeUnavailable`."""
+    """Return the path of the checker's program, compiled in `folder`; raises `NativeUnavailable`."""
     rustc = find_rustc()
     build_crate(model, tables, "native", folder, flags)
     (folder / "runner.rs").write_bytes(runtime_file("runner.rs"))

@@ -1,4 +1,4 @@
-"""A checker at a socket: several clients, one state, one event after the other (docs/serve.md)."""
+"""A checker on a socket: several clients share one state, and events are taken one by one (docs/serve.md)."""
 
 import errno
 import selectors
@@ -17,41 +17,41 @@ from exover.run.records import LISTEN, RecordCodec
 from exover.run.simulate import Engine
 
 MAGIC = b"EXO1"
-"""What a client sends first that speaks binary records."""
+"""The first bytes of a client that speaks binary records."""
 MAX_WAITING = 16 << 20
-"""Bytes of answers that may wait for a client; one that leaves more unread is let go."""
+"""The most bytes of answers that may wait for a client; with more, its connection is closed."""
 ENOUGH = 1 << 20
-"""Bytes of answers that wait for a client above which nothing more is read from it."""
+"""The bytes of answers that wait for a client above which nothing is read from it (back-pressure)."""
 SHORT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
-"""Why the system accepts no client although one waits."""
+"""Errors by which the system accepts no client although one waits."""
 PAUSE = 1.0
-"""Seconds after which it is tried again then, if no client goes before."""
+"""Seconds after which accepting is tried again after such an error, if no client goes before."""
 _READ = 1 << 16
 _LENGTH = struct.Struct("<I")
 
 
 @dataclass(eq=False, slots=True)
 class Client:
-    """A connection: what came and was not understood yet, what is to be sent, and how it speaks."""
+    """A connection: bytes that are not read as events yet, bytes to be sent, and its protocol."""
 
     socket: socket.socket
     number: int
     coming: bytearray = field(default_factory=bytearray)
     going: bytearray = field(default_factory=bytearray)
     binary: bool | None = None
-    """None until its first bytes have told."""
+    """Whether it speaks binary records; None until its first bytes tell."""
     listens: bool = False
     ended: bool = False
-    """It sends no more."""
+    """Whether it has closed its sending side."""
     overlong: bool = False
-    """The rest of the line that comes is passed over: it is too long, and answered."""
+    """Whether the rest of the incoming line is skipped, since it is too long and was answered."""
     stalled: bool = False
-    """Nothing more is read from it until it has read what waits for it."""
+    """Whether nothing is read from it until it has read its answers."""
 
 
 @dataclass(slots=True)
 class CheckerServer:
-    """Answers the clients of a listening socket, which does not block, by one engine. `tell` hears of odd clients."""
+    """Answers the clients of a non-blocking listening socket by one engine. `tell` gets messages about clients."""
 
     model: Model
     engine: Engine
@@ -63,20 +63,20 @@ class CheckerServer:
     _selector: selectors.BaseSelector = field(init=False, default_factory=selectors.DefaultSelector)
     _known: int = 0
     _short: bool = False
-    """The system accepts no client, and that has been told."""
+    """Whether `tell` has got that the system accepts no client."""
 
     def __post_init__(self) -> None:
-        """Wait for clients from now on."""
+        """Begin to listen."""
         self._codec = RecordCodec(self.model)
         self._listen()
 
     def serve(self) -> NoReturn:
-        """Answer until the process is told to end."""
+        """Answer clients until the process ends."""
         while True:
             self.turn(None)
 
     def turn(self, seconds: float | None) -> None:
-        """Wait until something can be read or written, at most so long, and do it."""
+        """Wait, at most so many seconds, until a socket can be read or written, and do it; None waits without limit."""
         deaf = self.listener not in self._selector.get_map()
         if deaf:
             seconds = PAUSE if seconds is None else min(seconds, PAUSE)
@@ -93,7 +93,7 @@ class CheckerServer:
             self._listen()
 
     def close(self) -> None:
-        """Let all clients go."""
+        """Close all connections."""
         for client in list(self.clients.values()):
             self._drop(client)
         self._selector.close()
@@ -101,7 +101,7 @@ class CheckerServer:
     # ---- connections ----
 
     def _listen(self) -> None:
-        """Wait for clients, too."""
+        """Watch the listening socket, unless it is watched already."""
         if self.listener not in self._selector.get_map():
             self._selector.register(self.listener, selectors.EVENT_READ)
 
@@ -118,7 +118,7 @@ class CheckerServer:
         self._selector.register(connected, selectors.EVENT_READ, client)
 
     def _not_accepted(self, error: OSError) -> None:
-        """Go on without the client; if it still waits, without listening, for it would be heard of again at once."""
+        """Go on without the client; if it still waits, stop listening, lest the selector report it again at once."""
         if error.errno not in SHORT:  # it is gone again
             self.tell(f"a client cannot be served: {error.strerror}")
             return
@@ -151,7 +151,7 @@ class CheckerServer:
                 return
 
     def _write(self, client: Client) -> None:
-        """Send what is to be sent, as far as it is taken."""
+        """Send as much as the socket takes; close the connection once the client has ended and has all answers."""
         try:
             if client.going:
                 del client.going[: client.socket.send(client.going[:_READ])]
@@ -179,7 +179,7 @@ class CheckerServer:
     # ---- messages ----
 
     def _events(self, client: Client) -> Iterator[Event | Invalid]:
-        """Yield the events that have come whole."""
+        """Yield the events that have arrived whole, or their faults."""
         if client.binary is None:
             self._begin(client)
         if client.binary is None:
@@ -187,7 +187,7 @@ class CheckerServer:
         yield from self._records(client) if client.binary else self._lines(client)
 
     def _begin(self, client: Client) -> None:
-        """Find out how a client speaks."""
+        """Find out from its first bytes whether a client speaks binary records, and send it the description if so."""
         start = bytes(client.coming[: len(MAGIC)])
         if start == MAGIC:
             del client.coming[: len(MAGIC)]
@@ -226,7 +226,7 @@ class CheckerServer:
                 return
 
     def _event(self, client: Client, line: bytes) -> Event | Invalid | None:
-        """Return the event of a line; None if it asks to listen."""
+        """Return the event of a line, or its fault; None if it turns listening on or off."""
         entries = read_object(line)
         if isinstance(entries, Invalid):
             return entries
@@ -238,7 +238,7 @@ class CheckerServer:
         return None
 
     def _answer(self, asker: Client, event: Event | Invalid) -> None:
-        """Take an event, and tell its answer to whoever raised it and to those that listen."""
+        """Take an event, and send its answer to the client that asked and to those that listen."""
         actions: tuple[Action, ...] = (event,) if isinstance(event, Invalid) else self.engine.step(event)
         self.steps += 1
         for client in list(self.clients.values()):

@@ -1,4 +1,4 @@
-"""A stream of event lines answered by a checker, whichever engine decides (docs/language.md section 7)."""
+"""Answers a stream of event lines by any engine (docs/language.md section 7)."""
 
 from collections.abc import Generator, Iterable, Iterator
 from typing import BinaryIO, Protocol
@@ -26,7 +26,7 @@ class ReferenceEngine:
         self._state = self._reference.start()
 
     def step(self, event: Event) -> tuple[Action, ...]:
-        """Take an event and return the actions that answer it."""
+        """Take a well-formed event and return the actions that answer it."""
         self._state, actions = self._reference.step(self._state, event)
         return actions
 
@@ -44,7 +44,7 @@ def answers(
 def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Generator[str, None, int]:
     """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1.
 
-    Returns how many of the lines are events, be they invalid; what is answered `bad-event` is none.
+    Returns how many of the lines are events, valid or not; a line that is answered `bad-event` is none.
     """
     events = 0
     for step, (event, actions) in enumerate(answers(model, engine, lines), 1):
@@ -54,7 +54,7 @@ def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Gene
 
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines of a stream as they come; of one too long to be an event only as much as shows that it is."""
+    """Yield the lines of a stream as they come; of one too long to be an event, only the first `TOO_LONG` bytes."""
     while line := stream.readline(TOO_LONG):
         yield line
         while len(line) == TOO_LONG and not line.endswith(b"\n"):
