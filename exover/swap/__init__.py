@@ -1,1 +1,1 @@
-"""From one spec's tables to another's while requests run: what is carried over, and that no rule is broken."""
+"""Swaps one spec's tables for another's while requests run: carries state over, and proves that no rule is broken."""

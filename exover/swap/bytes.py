@@ -1,4 +1,4 @@
-"""The bytes of a map, as `exover_swap` reads them (docs/runtime.md, "Restarts, and other tables")."""
+"""Packs a map from OLD to NEW as `exover_swap` reads it (docs/runtime.md, "Restarts, and other tables")."""
 
 import struct
 import zlib
@@ -14,7 +14,7 @@ NONE = 0xFFFFFFFF
 
 
 def packed(carry: Carry, ended: Iterable[str]) -> bytes:
-    """Return the map from OLD to NEW, for which these requests of OLD have to be idle."""
+    """Return the bytes of the map from OLD to NEW; the requests `ended` of OLD have to be idle."""
     gone = set(ended)
     idle = [at for number, at in carry.before.items() if isinstance(number, CarriedPhase) and number.request in gone]
     pairs: list[int] = []

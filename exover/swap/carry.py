@@ -1,4 +1,4 @@
-"""What of the state of OLD is carried over to NEW: what has the same name and means the same."""
+"""Carries the state of OLD over to NEW: what has the same name and the same meaning in both."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -24,29 +24,29 @@ from exover.swap.record import (
 
 AS_IT_IS: tuple[int, ...] = ()
 NOWHERE = -1
-"""In a list: there is nothing that it could become."""
+"""In a list: the number has no counterpart in NEW."""
 
 
 @dataclass(frozen=True)
 class Carry:
-    """Two tables, and what goes from one to the other."""
+    """Which numbers of a record of OLD become which numbers of a record of NEW."""
 
     old: Compiled
     new: Compiled
 
     @cached_property
     def before(self) -> dict[RecordField, int]:
-        """The numbers of a record of OLD."""
+        """The fields of a record of OLD, with their places."""
         return numbers(self.old)
 
     @cached_property
     def after(self) -> dict[RecordField, int]:
-        """The numbers of a record of NEW."""
+        """The fields of a record of NEW, with their places."""
         return numbers(self.new)
 
     @cached_property
     def changed(self) -> frozenset[str]:
-        """The requests of OLD whose slots and waiting place mean nothing in NEW, which is why they have to be idle."""
+        """The requests of OLD that NEW lacks or changes, so their slots mean nothing there; they have to be idle."""
         return frozenset(request.name for request in self.old.model.requests if not self._same(request))
 
     def _same(self, request: Request) -> bool:
@@ -60,13 +60,13 @@ class Carry:
         )
 
     def ways(self) -> Iterator[tuple[int, tuple[int, ...]] | None]:
-        """Yield for each number of NEW the number of OLD that it comes of, and the list of what that becomes, empty if
-        it stays as it is; None for what NEW starts with.
+        """Yield for each field of NEW the place in OLD of its source, and the list that maps the source's number, empty
+        if it stays as it is; None if the field gets its initial value.
         """
         return (self.way(number) for number in self.after)
 
     def way(self, number: RecordField) -> tuple[int, tuple[int, ...]] | None:
-        """Return where a number of NEW comes from, as `ways` does."""
+        """Return the source of one field of NEW, as `ways` yields it."""
         source: RecordField = number
         becomes: tuple[int, ...] | None = AS_IT_IS
         match number:
@@ -116,7 +116,7 @@ class Carry:
 
     @cached_property
     def _origins(self) -> tuple[int, ...]:
-        """What the reason of a launch rule, and one, becomes: asked for, if NEW has no such rule."""
+        """The list that maps origins (0: asked for, else a reason plus 1) to NEW; 0 if NEW has no such launch rule."""
         known = {launch.name: launch for launch in self.new.model.launches}
         place = {reason.rule: number + 1 for number, reason in enumerate(reasons(self.new.model))}
         mine = {launch.name: launch for launch in self.old.model.launches}
@@ -127,11 +127,11 @@ class Carry:
         return (0, *(place[r.rule] if kept else 0 for r, kept in zip(reasons(self.old.model), same, strict=True)))
 
     def remembers(self, number: RecordField) -> bool:
-        """Return whether a number of NEW is carried over."""
+        """Return whether a field of NEW is carried over."""
         return self.way(number) is not None
 
     def same_latch(self, latch: Latch) -> bool:
-        """Return whether OLD has the very latch."""
+        """Return whether OLD has an equal latch."""
         return latch in self.old.model.latches
 
 
@@ -141,14 +141,14 @@ def _param(model: Model, request: str, name: str) -> Parameter:
 
 
 def _kind(model: Model, name: str) -> tuple[str, Type] | None:
-    """Return whether a poster, a state or a latch has this name, and its type."""
+    """Return the kind of what has this name (a variable's kind, or `latch`) and its type; None if nothing has it."""
     if name in model.variable:
         return model.variable[name].kind, model.variable[name].type
     return ("latch", Bool()) if any(latch.name == name for latch in model.latches) else None
 
 
 def _within(old: Type, new: Type) -> bool:
-    """Return whether every value of one type is one of the other."""
+    """Return whether every value of the old type is one of the new type."""
     match old, new:
         case Enum(mine), Enum(others):
             return set(mine) <= set(others)
@@ -159,7 +159,7 @@ def _within(old: Type, new: Type) -> bool:
 
 
 def _becomes(old: Type, new: Type) -> tuple[int, ...] | None:
-    """Return the list by which numbers of one type become those of another; None if there is none."""
+    """Return the list that maps numbers of the old type to the new type; None if some value has no counterpart."""
     if not _within(old, new):
         return None
     if isinstance(old, Enum) and isinstance(new, Enum) and old.values != new.values[: len(old.values)]:
@@ -168,7 +168,7 @@ def _becomes(old: Type, new: Type) -> tuple[int, ...] | None:
 
 
 def _ranks(old: tuple[float, ...], new: tuple[float, ...]) -> tuple[int, ...] | None:
-    """Return what the ranks among some constants become among others; None if those tell more apart."""
+    """Return the list that maps ranks among the old constants to ranks among the new; None if some are not old."""
     if old == new:
         return AS_IT_IS
     if not set(new) <= set(old):

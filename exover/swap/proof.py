@@ -1,7 +1,7 @@
-"""In which states of OLD would a rule of NEW be broken: each rule of NEW as a condition on the states of OLD.
+"""Translates each rule of NEW to a condition on the states of OLD in which the rule would be broken.
 
-The condition may hold in more states than the rule is broken in, never in fewer: who is asked about it may refuse too
-much. `None` is a rule of which that cannot be said with the words of a condition.
+The condition is an over-approximation: it holds in all states in which the rule is broken, perhaps in more, so a swap
+may be refused without need. For a rule that no such condition can express, the result is None.
 """
 
 from collections.abc import Iterable, Iterator
@@ -43,12 +43,12 @@ from exover.swap.carry import Carry
 
 
 class Unsayable(Exception):
-    """No condition on the states of OLD says it."""
+    """No condition on the states of OLD can express a rule of NEW."""
 
 
 @dataclass(frozen=True)
 class Obligations:
-    """What no state of OLD may be, for NEW to take over; `ended` are requests of OLD that are idle by then."""
+    """The properties that OLD must have for NEW to take over; `ended`: requests of OLD that are idle by then."""
 
     carry: Carry
     ended: frozenset[str]
@@ -58,8 +58,8 @@ class Obligations:
         return DecisionContext(Vocabulary(self.carry.new.model))
 
     def properties(self, rules: Iterable[Rule]) -> Iterator[tuple[Rule, Property | None]]:
-        """Yield each of these rules of NEW that could be broken with the property of OLD that it is not; None if that
-        cannot be said.
+        """Yield each of these rules of NEW that may be broken, with the property of OLD that it never is; None if no
+        property can express that.
         """
         for number, rule in enumerate(rules):
             try:
@@ -75,7 +75,7 @@ class Obligations:
             yield Not(Status("active", name))
 
     def about(self, rule: Rule) -> tuple[str, ...]:
-        """Return the requests whose end could keep a rule from being broken, in the order of the text."""
+        """Return the requests of OLD that are still active and that a rule depends on, in the order of the text."""
         model = self.carry.new.model
         named = {part for atom in atoms(rule.condition) for part in _requests(atom)}
         used = {term.resource for term in operands(rule.condition) if isinstance(term, Used)}
@@ -139,7 +139,7 @@ class Obligations:
         return self._typed(Compare(cond.operator, self._term(cond.left), self._term(cond.right)))
 
     def _latch(self, cond: Compare) -> Cond | None:
-        """Return what is compared with a latch that OLD does not have so: it may be set by then."""
+        """Return the condition for a comparison of a latch that differs in OLD: that NEW may set it; else None."""
         match cond:
             case Compare("==" | "!=", Reading(name), Const(bool(wanted))):
                 found = [latch for latch in self.carry.new.model.latches if latch.name == name]
@@ -187,7 +187,7 @@ class Obligations:
         return Const(variables[name].initial)
 
     def _used(self, resource: str) -> ModelTerm:
-        """Return the shares of the active slots, each as if it had all that it may."""
+        """Return the used share of a resource, counting for each active slot all shares that it may have."""
         terms: list[tuple[int, ModelTerm]] = []
         for request in self.carry.new.model.requests:
             shares = [share.amount for share in request.shares if share.resource == resource]
@@ -198,8 +198,8 @@ class Obligations:
     # ---- arguments ----
 
     def _arguments(self, where: Cond, request: str) -> Cond:
-        """Return a condition on arguments of NEW as one on those of OLD, which are among them: none has a value that
-        OLD does not know.
+        """Return a condition on arguments of NEW as one on those of OLD: a comparison with an enum value that OLD does
+        not have is decided, since no argument of OLD has that value.
         """
         old = self.carry.old.model.request[request]
         types = {parameter.name: parameter.type for parameter in (*old.params, *old.results)}
@@ -222,7 +222,7 @@ class Obligations:
         return _folded(known(where))
 
     def _typed(self, cond: Compare) -> Cond:
-        """Return a comparison, decided if it is one with a value that OLD does not know."""
+        """Return a comparison; one with an enum value that OLD does not have is decided."""
         match cond:
             case Compare(operator, Reading(name), Const(str(value))) if not self._knows(name, value):
                 return TRUE if operator == "!=" else FALSE
@@ -249,7 +249,7 @@ def _requests(atom: Cond) -> Iterable[str]:
 
 
 def _of_arguments(cond: Cond) -> bool:
-    """Return whether a condition reads arguments of its slot, and nothing else."""
+    """Return whether a condition reads only arguments of its slot."""
     return all(isinstance(atom, Compare) for atom in atoms(cond)) and all(
         isinstance(term, Const | Param) for term in operands(cond)
     )
@@ -262,14 +262,14 @@ def _mentions_arguments(cond: Cond) -> bool:
 
 
 def _grows(cond: Compare) -> bool:
-    """Return whether more active slots never make a comparison false."""
+    """Return whether a comparison is monotonic in the active slots: more of them never make it false."""
     return cond.operator in (">", ">=") and not any(
         isinstance(t, Used | Count) for t in operands(replace(cond, left=Const(0)))
     )
 
 
 def _folded(cond: Cond) -> Cond:
-    """Return a condition without the parts that constants decide."""
+    """Return an equivalent condition without parts that constants decide (constant folding)."""
     match cond:
         case And(parts):
             left = [part for part in map(_folded, parts) if part != TRUE]

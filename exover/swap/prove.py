@@ -1,4 +1,4 @@
-"""Whether NEW may take over from OLD, and which requests have to end first."""
+"""Decides whether NEW may take over from OLD, and which requests have to end first."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -12,16 +12,16 @@ from exover.swap.proof import Obligations
 from exover.swap.record import CarriedLast, CarriedLevel, CarriedPast, CarriedReading, RecordField
 
 AskProperties = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
-"""What is known of properties of OLD, by their names."""
+"""Checks properties of OLD, and returns their verdicts by name."""
 
 
 @dataclass(frozen=True)
 class SwapAnswer:
-    """What was found: `verdict` is `holds` iff no state of OLD breaks a rule of NEW once these requests have ended.
+    """The result: `verdict` is `holds` iff no state of OLD breaks a rule of NEW once the requests `ended` are idle.
 
-    `ended`: the requests of OLD that have to be idle, each with the rules of NEW for which; without one it is a request
-    that means something else in NEW, or nothing. `open`: rules that may be broken whatever has ended. `asked`: how many
-    of the `rules` of NEW had to be asked about. `forgotten`: what NEW starts with, since OLD does not remember it so.
+    `ended`: the requests of OLD that have to be idle, each with the rules of NEW that need it; without rules, NEW lacks
+    or changes the request. `open`: rules that may be broken all the same. `asked`: how many of the `rules` of NEW
+    needed a check. `forgotten`: what gets its initial value in NEW, since OLD does not keep it, or not so.
     """
 
     verdict: Verdict
@@ -33,7 +33,7 @@ class SwapAnswer:
 
 
 def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
-    """Return whether NEW may take over; what has to end first is chosen one by one, each time what helps most rules."""
+    """Return whether NEW may take over; what has to end first is chosen greedily, by how many rules it helps."""
     ended: dict[str, tuple[str, ...]] = dict.fromkeys(
         (r.name for r in carry.old.model.requests if r.name in carry.changed), ()
     )
@@ -57,7 +57,7 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
 def _ask(
     carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: AskProperties
 ) -> tuple[int, dict[Rule, Verdict]]:
-    """Return of how many rules, by name, it had to be asked, and what was found of those that may be broken."""
+    """Return how many rules, by name, needed a check, and the verdicts of the rules that may be broken."""
     known = list(Obligations(carry, frozenset(ended)).properties(rules))
     verdicts = ask(tuple(prop for _, prop in known if prop is not None))
     found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
@@ -66,7 +66,7 @@ def _ask(
 
 
 def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: AskProperties) -> dict[str, list[Rule]]:
-    """Return by request the rules that are not broken if it has ended, too; nothing if one has no such request."""
+    """Return by request the rules that are not broken once it has ended, too; empty if some rule depends on none."""
     before = frozenset(ended)
     about = [Obligations(carry, before).about(rule) for rule in rules]
     if not all(about):

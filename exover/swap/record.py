@@ -1,4 +1,4 @@
-"""What the numbers of a record are (docs/runtime.md, "Restarts, and other tables"), in their order."""
+"""The fields of a record, in their order (docs/runtime.md, "Restarts, and other tables")."""
 
 from collections.abc import Iterator
 from itertools import count
@@ -14,7 +14,7 @@ from exover.ocrd.vector import HasPast
 
 @dataclass(frozen=True, slots=True)
 class CarriedReading:
-    """What a poster, state or latch reads: `bits` of a real, its `rank`, an `ordinal`; `unread` if nothing reads it."""
+    """The value of a poster, state or latch; `how`: as `bits` or `rank` of a real, as `ordinal`, `unread` if unused."""
 
     name: str
     how: str
@@ -30,7 +30,7 @@ class CarriedLevel:
 
 @dataclass(frozen=True, slots=True)
 class CarriedLast:
-    """How the last instance ended; `kept` iff something reads it."""
+    """How the last instance of a request ended; `kept` iff something reads it."""
 
     request: str
     kept: bool
@@ -46,7 +46,7 @@ class CarriedPast:
 
 @dataclass(frozen=True, slots=True)
 class CarriedPhase:
-    """What a slot holds; slot -1 is the waiting place."""
+    """The phase of a slot; slot -1 is the waiting place."""
 
     request: str
     slot: int
@@ -63,14 +63,14 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The launch rule that put there what waits."""
+    """The launch rule that put the request into its waiting place, or none."""
 
     request: str
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """For what a launch rule was refused by the last step."""
+    """The refusal of a launch rule: for what the last step refused it, or none."""
 
     launch: str
 
@@ -80,7 +80,7 @@ PLACE = -1
 
 
 def numbers(compiled: Compiled) -> dict[RecordField, int]:
-    """Return what the numbers of a record of these tables are, each with its place."""
+    """Return the fields of a record of these tables, each with its place from 0."""
     return dict(zip(_numbers(compiled), count(), strict=False))
 
 
