@@ -1,1 +1,1 @@
-"""What an editor is told of a spec while it is written: the language server and what it knows."""
+"""The language server (docs/editors.md): diagnostics, hover, completion, rename and more for specs being edited."""

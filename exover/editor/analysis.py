@@ -1,4 +1,4 @@
-"""What is known of a text while it is written: its mistakes, its names and, without mistakes, its model."""
+"""Analyses a text while it is edited: its diagnostics, its names and, without mistakes, its model."""
 
 import os
 from dataclasses import replace
@@ -22,7 +22,7 @@ Root = tree.Spec | tree.Part | tree.Properties
 
 @dataclass(frozen=True, slots=True)
 class ReadText:
-    """A text that could be read, and its tree."""
+    """A text that could be parsed, and its tree."""
 
     source: Source
     root: Root
@@ -30,10 +30,10 @@ class ReadText:
 
 @dataclass(frozen=True)
 class TextAnalysis:
-    """A text and what is known of it; `last` is the newest text up to this one that could be read, if there was one.
+    """The analysis of a text; `last` is the newest text up to this one that could be parsed, if there was one.
 
     `model` is None iff it has mistakes; of a properties file it is the model of `spec`.
-    Of a part that one spec includes it is what is known of that spec, and `document` is the text of the part.
+    For a part that one spec includes, it is the analysis of that spec, and `document` is the text of the part.
     """
 
     source: Source
@@ -43,49 +43,52 @@ class TextAnalysis:
     properties: Properties | None = None
     spec: "TextAnalysis | None" = None
     order: tuple[Span, ...] = ()
-    """Of a spec, the spans that are its one text."""
+    """Of a spec, the spans that make up its text with all parts, in order."""
     part: Source | None = None
     own: SpecTree | None = None
-    """Of a spec, the newest text up to this one that could be read, its parts apart, and its tree."""
+    """Of a spec, the newest text up to this one that could be parsed, without its parts, and its tree."""
 
     @property
     def document(self) -> Source:
-        """The text of the file that this is about, its parts apart."""
+        """The text of the file that was analysed, without its parts."""
         return self.part or self.source
 
     @property
     def mistakes(self) -> tuple[Diagnostic, ...]:
-        """What is wrong with the file that this is about."""
+        """The diagnostics of the file that was analysed."""
         return self.of(self.document)
 
     def of(self, file: Source) -> tuple[Diagnostic, ...]:
-        """Return what is wrong with one of the files."""
+        """Return the diagnostics that are placed in one of the files."""
         places = [(self.source.at(each.span.start) if each.span else self.source, each) for each in self.diagnostics]
         return tuple(each for place, each in places if place.name == file.name)
 
     @property
     def gathered(self) -> Gathered:
-        """The spec as one text."""
+        """The spec with its parts, as one text."""
         return Gathered(self.source, None, (), self.order or (self.source.span,))
 
     @property
     def current(self) -> bool:
-        """Whether this very text could be read."""
+        """Whether this very text could be parsed."""
         return self.last is not None and self.last.source is self.source
 
     @property
     def root(self) -> Root | None:
-        """The tree; None iff the text could not be read."""
+        """The tree; None iff the text could not be parsed."""
         return self.last.root if self.last and self.current else None
 
     @cached_property
     def index(self) -> Index:
-        """The names of the last text that could be read. Made when it is asked for: mistakes are told without it."""
+        """The names of the last text that could be parsed. Computed on demand, since diagnostics do not need it."""
         return index_of(self.last.root, self.spec.index if self.spec else None) if self.last else Index()
 
 
 def analyse_spec(source: Source, before: TextAnalysis | None = None, read: ReadPart | None = None) -> TextAnalysis:
-    """Return what is known of a spec with its parts, and of the text `before` it if it cannot be read."""
+    """Return the analysis of a spec with its parts, incremental from that of the text `before` the change.
+
+    If the text cannot be parsed, the names are those of `before`. `read` reads the parts.
+    """
     own = before.own if before else None
 
     def parsed(text: Source) -> tuple[tree.Spec | None, tuple[Diagnostic, ...]]:
@@ -102,7 +105,7 @@ def analyse_spec(source: Source, before: TextAnalysis | None = None, read: ReadP
 
 
 def analyse_part(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:
-    """Return what is known of a part in its spec; if that does not include it, only how it is written."""
+    """Return the analysis of a part in its spec; if that does not include it, the part is only parsed."""
     place = os.path.realpath(source.name)
     part = next((each for each in spec.source.parts if os.path.realpath(each.name) == place), None) if spec else None
     if spec and part and part.text == source.text:
@@ -114,7 +117,7 @@ def analyse_part(source: Source, spec: TextAnalysis | None, before: TextAnalysis
 
 
 def analyse_properties(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:
-    """Return what is known of a properties file beside that of its spec; without its spec, only how it is written."""
+    """Return the analysis of a properties file with its spec; without a model of that, the file is only parsed."""
     root, mistakes = parse_properties(source)
     if root is None:
         return TextAnalysis(source, mistakes, before.last if before else None, spec=spec)

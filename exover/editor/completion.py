@@ -1,4 +1,4 @@
-"""What may be written at a place: the words that the grammar takes there, and the names that are known."""
+"""Completion: the keywords that the grammar takes at a place, and the names that may stand there."""
 
 import re
 from typing import get_args
@@ -23,14 +23,14 @@ _EVERYWHERE: tuple[SymbolSort, ...] = ("module", "group", "const", "define", "la
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """A word that may stand: a name, or a keyword of the grammar (`symbol` is None)."""
+    """A word that is proposed: a name, or a keyword of the grammar (`symbol` is None)."""
 
     text: str
     symbol: SpecSymbol | None = None
 
 
 def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnalysis | None = None) -> list[Proposal]:
-    """Return what may stand at an offset, where a word may have been begun; keywords last, each in order."""
+    """Return proposals for the word at an offset, of which a part may be typed; names first, then keywords."""
     before = analysis.document.text[: offset - analysis.document.base]
     before = before[: len(before) - len(found[0])] if (found := _WORD.search(before)) else before
     read = [token for token in tokens(before, [], start == "properties") if token.kind != END]
@@ -47,10 +47,10 @@ def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnaly
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where a word may stand: behind a `last` word, among the clauses of a `request` (or in a module alone).
+    """The context of a word: it stands behind the word `last`, in a clause of `request` (or of a module alone).
 
-    `words` are the kinds of token that may stand, `then` those that may stand behind a name; None if what is before
-    cannot be read. `subject`: the request within whose `with` it is, `past`: whether that tells of the past.
+    `words`: the kinds of token that may stand there; `then`: those that may follow a name there, None if the text
+    before cannot be parsed. `subject`: the request whose `with` it stands in; `past`: whether that is of a `past`.
     """
 
     last: str
@@ -77,19 +77,19 @@ def _place(read: list[Token], start: Start) -> _Place:
 
 
 def _is_name(behind: frozenset[str], then: frozenset[str]) -> bool:
-    """Return whether a word is but a name here: nothing stands behind it that does not stand behind a name."""
+    """Return whether a word can only be a name here: whatever may follow it may also follow a name."""
     return "." in behind and behind <= then
 
 
 def _behind(machine: ParserState, kind: str) -> frozenset[str]:
-    """Return the kinds of token that may stand behind one that may stand here; none if it may not."""
+    """Return the kinds of token that may follow one of this kind here; empty if it may not stand here."""
     states = machine.after([Token(kind, kind, 0, 0)])
     here = machine.grammar.actions[states[-1]] if states else {}
     return frozenset(each for each in here if machine.after([Token(each, each, 0, 0)], states) is not None)
 
 
 def _subject(read: list[Token]) -> tuple[str, bool]:
-    """Return the full name of the request within whose `with` the text ends, if it does, and whether it is `past`."""
+    """Return the full name of the request in whose `with` the text ends, empty if in none, and whether it is `past`."""
     depth = 0
     for place in range(len(read) - 1, 3, -1):
         text = read[place].text
@@ -111,7 +111,7 @@ def _symbols(own: Index, known: Index | None) -> list[SpecSymbol]:
 
 
 def _members(symbols: list[SpecSymbol], module: str, place: _Place) -> list[Proposal]:
-    """Return what stands behind `m.`: requests, or in a condition readings; of self the parameters of the request."""
+    """Return proposals behind `m.`: requests, or in a condition posters and states; behind `self.`, parameters."""
     if module == "self":
         return _of(symbols, ("parameter",), place.request)
     if place.then is None:
@@ -124,7 +124,7 @@ def _members(symbols: list[SpecSymbol], module: str, place: _Place) -> list[Prop
 
 
 def _of(symbols: list[SpecSymbol], sorts: tuple[SymbolSort, ...], owner: str) -> list[Proposal]:
-    """Return the symbols of these sorts that a module or a request has; of none, those that stand alone."""
+    """Return the symbols of these sorts in a module or request `owner`; if that is empty, those at the top level."""
     return [_short(each) for each in symbols if each.sort in sorts and each.name.rpartition(".")[0] == owner]
 
 
@@ -133,7 +133,7 @@ def _short(symbol: SpecSymbol) -> Proposal:
 
 
 def _names(symbols: list[SpecSymbol], place: _Place) -> list[Proposal]:
-    """Return the names that may stand where a name may; none where it is a new one."""
+    """Return the known names that may stand here; none where a new name is declared."""
     module, words, then = place.request.partition(".")[0], place.words, place.then
     if place.last in _OF_RESOURCES:
         return _of(symbols, ("resource",), "")
@@ -158,7 +158,7 @@ def _names(symbols: list[SpecSymbol], place: _Place) -> list[Proposal]:
 
 
 def _own(symbols: list[SpecSymbol], request: str) -> list[Proposal]:
-    """Return what a clause of a request, or a module, may call by its name alone."""
+    """Return what a clause of a request, or a module, may name without a prefix."""
     module = request.partition(".")[0]
     if not module:
         return []
@@ -166,7 +166,7 @@ def _own(symbols: list[SpecSymbol], request: str) -> list[Proposal]:
 
 
 def _around(read: list[Token]) -> str:
-    """Return the full name of the request in whose clauses the text ends; of a module its name alone."""
+    """Return the full name of the request in whose clauses the text ends; or the module's name; or an empty text."""
     around: list[str] = []
     for place, token in enumerate(read):
         if token.text == "{":
@@ -177,7 +177,7 @@ def _around(read: list[Token]) -> str:
 
 
 def _opened(read: list[Token], brace: int) -> str:
-    """Return the name of what a brace opens: a module, a request, or the request of a context; of another nothing."""
+    """Return the name of what a brace opens: a module, a request, or a context's request; else an empty text."""
     for place in range(brace - 1, -1, -1):
         if read[place].text in (";", "{", "}"):
             return ""

@@ -1,4 +1,4 @@
-"""What is known of a text as the values of the Language Server Protocol."""
+"""Converts analyses of a text to values of the Language Server Protocol."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -44,18 +44,18 @@ KINDS: dict[SymbolSort, tuple[types.SymbolKind, types.CompletionItemKind]] = {
 
 
 def position(place: tuple[int, int]) -> types.Position:
-    """Return a place as the protocol has it."""
+    """Return a place as a position of the protocol."""
     return types.Position(*place)
 
 
 def range_of(text: EditorText, span: Span) -> types.Range:
-    """Return a span as the protocol has it."""
+    """Return a span as a range of the protocol."""
     start, end = text.range(span)
     return types.Range(position(start), position(end))
 
 
 def mistake(text: EditorText, found: Diagnostic) -> types.Diagnostic:
-    """Return a mistake of a text; one without a place stands at its beginning."""
+    """Return a mistake as a diagnostic; one without a place stands at the beginning of the text."""
     said = [f"{found.message}{f' ({found.label})' if found.label else ''}", found.advice]
     return types.Diagnostic(
         range_of(text, found.span or Span(text.base, text.base)),
@@ -67,7 +67,7 @@ def mistake(text: EditorText, found: Diagnostic) -> types.Diagnostic:
 
 
 def finding(text: EditorText, found: Told) -> types.Diagnostic:
-    """Return what a check says, at the rest of the line on which its subject is declared."""
+    """Return a finding as a diagnostic, from the place of its subject to the end of that line."""
     line = text.line(found.line - 1)
     start = min(line.start + found.column - 1, line.end)
     return types.Diagnostic(
@@ -80,7 +80,7 @@ def finding(text: EditorText, found: Told) -> types.Diagnostic:
 
 
 def completion(analyses: list[TextAnalysis], each: Proposal) -> types.CompletionItem:
-    """Return a proposal; one of a name with how it is declared."""
+    """Return a proposal as a completion item; for a name, with its declaration as documentation."""
     if each.symbol is None:
         return types.CompletionItem(each.text, kind=types.CompletionItemKind.Keyword, sort_text=f"1{each.text}")
     known = next((found for found in analyses if each.symbol in found.index.declared), None)
@@ -93,7 +93,7 @@ def completion(analyses: list[TextAnalysis], each: Proposal) -> types.Completion
 
 
 def action(text: EditorText, uri: str, source: Source, found: Diagnostic) -> types.CodeAction | None:
-    """Return the change that mends a mistake of a text, if there is one."""
+    """Return the code action that fixes a mistake; None if there is none."""
     mended = fix(found, source)
     if mended is None:
         return None
@@ -108,7 +108,7 @@ def action(text: EditorText, uri: str, source: Source, found: Diagnostic) -> typ
 
 
 def outline(text: EditorText, found: TextAnalysis) -> list[types.DocumentSymbol]:
-    """Return what a text declares, members below their modules, labels of clauses below their requests."""
+    """Return the document symbols: members below their modules, labels of clauses below their requests."""
     if found.root is None:
         return []
     at = {each.span: symbol for symbol, each in found.index.declared.items()}

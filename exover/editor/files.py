@@ -1,4 +1,4 @@
-"""The texts that an editor has open, and those on disk that belong to them: specs and their properties files."""
+"""The texts that an editor has open, and the files on disk that belong to them: specs, parts and properties files."""
 
 import os
 from contextlib import suppress
@@ -26,21 +26,21 @@ from exover.syntax.lex import tokens
 
 @dataclass(slots=True)
 class TextFile:
-    """A text by its path: as the editor has it while it is `open`, else as it was on disk when it had this `stamp`."""
+    """The text of a path: the editor's while it is `open`, else that on disk when the file had this `stamp`."""
 
     path: str
     text: str
     analysis: TextAnalysis | None = None
     open: bool = True
     version: int | None = None
-    """The editor's number of the text."""
+    """The version number that the editor gave the text."""
     stamp: tuple[int, int] = (0, 0)
     unread: str = ""
-    """Why it cannot be read, if it cannot."""
+    """Why the file cannot be read; empty if it can."""
     spec: TextAnalysis | None = None
-    """Of a properties file or a part, what is known of its spec."""
+    """Of a properties file or a part, the analysis of its spec."""
     parts: dict[str, str | tuple[int, int] | None] = field(default_factory=dict)
-    """What was read as parts of a spec, and what that was: the text in the editor, the stamp of a file, or nothing."""
+    """The paths read as parts of a spec, each with its state then: the editor's text, the file's stamp, or None."""
 
     @property
     def is_properties(self) -> bool:
@@ -55,21 +55,21 @@ class TextFile:
 
 @dataclass(slots=True)
 class Files:
-    """Analyses of texts, each made once for each text. Not for several threads at once."""
+    """Caches the analyses of texts. Not thread-safe: use one thread."""
 
     known: dict[str, TextFile] = field(default_factory=dict)
     _specs: dict[str, list[str]] = field(default_factory=dict)
-    """The specs of properties files, as they were found last."""
+    """The specs found for properties files and parts, until `look_anew`."""
 
     def put(self, path: str, text: str, version: int | None) -> None:
-        """Take a text from the editor, and its number."""
+        """Take a text from the editor, with its version number."""
         before = self.known.get(path)
         file = self.known[path] = TextFile(path, text, version=version)
         if before:
             file.analysis, file.spec, file.parts = before.analysis, before.spec, before.parts
 
     def numbered(self, path: str) -> tuple[TextAnalysis | None, int | None]:
-        """Return what is known of a text, and the editor's number of it."""
+        """Return the analysis of a text, and its version number in the editor; None each if there is none."""
         found = self.analysis(path)
         return found, self.known[path].version if path in self.known else None
 
@@ -79,11 +79,11 @@ class Files:
         self.look_anew()
 
     def look_anew(self) -> None:
-        """Look for files anew: some may have come or gone."""
+        """Forget which specs were found, since files may have been made or removed."""
         self._specs.clear()
 
     def analysis(self, path: str) -> TextAnalysis | None:
-        """Return what is known of a text; None if there is no such file."""
+        """Return the analysis of a text, from the cache if it is still valid; None if there is no such file."""
         file = self._file(path)
         if file is None:
             return None
@@ -94,7 +94,7 @@ class Files:
         return file.analysis
 
     def _fresh(self, file: TextFile, analysis: TextAnalysis) -> bool:
-        """Return whether what is known of a text is of this very text, and of its parts as they are."""
+        """Return whether an analysis is of this very text and the current state of its parts."""
         return analysis.document.text == file.text and all(self._state(path) == of for path, of in file.parts.items())
 
     def _state(self, path: str) -> str | tuple[int, int] | None:
@@ -107,7 +107,7 @@ class Files:
             return None
 
     def _reader(self, file: TextFile) -> ReadPart:
-        """Return what reads the parts of a spec as the editor has them, or as they are on disk."""
+        """Return a function that reads the parts of a spec, from the editor if they are open there, else from disk."""
 
         def read(path: str, most: int) -> bytes:
             state = file.parts[path] = self._state(path)
@@ -132,7 +132,7 @@ class Files:
         return analyse_spec(source, file.analysis, self._reader(file) if os.path.isabs(file.path) else None)
 
     def spec_of(self, path: str) -> TextAnalysis | None:
-        """Return what is known of the spec that a properties file or a part is for; None if of none or several."""
+        """Return the analysis of the spec that a properties file or a part belongs to; None if of none or several."""
         if path not in self._specs:
             with suppress(OSError):  # a place cannot be read
                 self._specs[path] = find_specs(path) if path.endswith(SUFFIX) else find_including(path)
@@ -145,7 +145,10 @@ class Files:
         return [path for path, file in self.known.items() if file.open and path.endswith(SPEC) and not file.is_part]
 
     def together(self, path: str) -> list[tuple[str, TextAnalysis]]:
-        """Return what a text speaks of or is spoken of in: the spec first, then its properties files."""
+        """Return path and analysis of the spec that a text is or belongs to, then of its properties files and the text.
+
+        Parts are left out: the analysis of their spec has them.
+        """
         known = self._file(path)
         found = self.spec_of(path) if known and (known.is_properties or known.is_part) else None
         spec = found.source.name if found else path
@@ -153,11 +156,11 @@ class Files:
         return [(each, found) for each in paths if (found := self.analysis(each)) and not found.part]
 
     def beside(self, path: str) -> set[str]:
-        """Return the files of the spec that a text is, or goes with: the text itself, parts and properties files."""
+        """Return the paths of the spec that a text is or belongs to, of its parts, and of its properties files."""
         return {file.name for _, each in self.together(path) for file in each.source.files}
 
     def properties_of(self, spec: str) -> list[str]:
-        """Return the properties files of a spec on disk, or the first of them that cannot be read."""
+        """Return the paths of the properties files of a spec on disk, or just of the first that cannot be read."""
         try:
             name = named_after(Path(spec), "spec") or ""
             return [os.path.abspath(each) for each in find_properties(spec, name)]
@@ -165,8 +168,8 @@ class Files:
             return [os.path.abspath(error.filename)] if str(error.filename).endswith(SUFFIX) else []
 
     def _file(self, path: str) -> TextFile | None:
-        """Return a text, read anew if it is not open and has changed on disk; None if it cannot be read, unless it
-        stands as a properties file.
+        """Return a text, read again if it is not open and has changed on disk; None if it cannot be read, except for an
+        existing properties file.
         """
         file = self.known.get(path)
         if file and file.open:

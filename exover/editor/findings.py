@@ -1,4 +1,4 @@
-"""What the checks say of a text as it is in the editor: `exover check` in a process that the next change ends."""
+"""Runs `exover check` on a text as it is in the editor, in a process that is ended when its task is cancelled."""
 
 import asyncio
 import json
@@ -18,12 +18,12 @@ from exover.source import STDIN, Source
 from exover.syntax.includes import Gathered, one_text, original
 
 GRACE = 10.0
-"""Seconds beyond its own that the process has to begin and to end."""
+"""Seconds that the process has to begin and to end, besides those for the checks."""
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A finding: where, by file, line and column, both from 1, whether it is violated, and how severe that is then."""
+    """A finding: file, line and column of its subject, both from 1; whether it is violated, and how severe that is."""
 
     file: str
     line: int
@@ -36,12 +36,12 @@ class Told:
 
 
 async def findings(spec: Gathered, properties: Source | None, seconds: float) -> list[Told]:
-    """Return what is found of a spec within so many seconds; nothing if the command fails.
+    """Return the findings of a spec within so many seconds; none if the command fails.
 
-    The command reads it as one text, as it is in the editor, and what it says is led back to the files.
+    The command reads the editor's text with all parts as one text, and the places in it are mapped back to the files.
 
-    Sources are called by their paths. If it is cancelled, the process and what it has started are ended, and their
-    temporary files, which stand in a folder of ours, removed.
+    Sources are named by their paths. If the task is cancelled, the process and its children are ended, and the folder
+    with their temporary files is removed.
     """
     with Scratch() as scratch:
         if not scratch.folder:
@@ -60,7 +60,7 @@ async def findings(spec: Gathered, properties: Source | None, seconds: float) ->
 
 
 def _led_back(spec: Gathered, text: str, told: Told) -> Told:
-    """Return a finding that is placed in the one text as placed in the file where that stands."""
+    """Return a finding with its place in the one text mapped back to the file."""
     if told.file != STDIN:
         return told
     offset = EditorText(text).line(told.line - 1).start + told.column - 1
@@ -68,7 +68,7 @@ def _led_back(spec: Gathered, text: str, told: Told) -> Told:
 
 
 async def _printed(command: list[str], text: str, here: Path, environment: Mapping[str, str], seconds: float) -> bytes:
-    """Return what a command prints that reads a text, in a folder; nothing if it takes longer."""
+    """Return the output of a command that reads a text on standard input; empty if it takes more than `seconds`."""
     pipe, nowhere = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
     process = await asyncio.create_subprocess_exec(
         *command, stdin=pipe, stdout=pipe, stderr=nowhere, cwd=here, env=environment, start_new_session=True
@@ -93,9 +93,9 @@ def _kill(process: asyncio.subprocess.Process) -> None:
 
 
 def _told(names: Mapping[str, str], printed: bytes) -> list[Told]:
-    """Return the findings of a report that are known and have a place; nothing if this is no report.
+    """Return the findings of a JSON report that are not `unknown` and have a place; none if this is no report.
 
-    `names`: how the files are called that the report knows by other names.
+    `names`: the real names of files that have another name in the report.
     """
     try:
         found = json.loads(printed)["findings"]

@@ -1,4 +1,4 @@
-"""What mends a mistake by one change of the text: the nearest name, the word that is meant, a missing `;`."""
+"""Quick fixes: one change of the text that removes a mistake: the nearest name, the meant word, a missing `;`."""
 
 import re
 
@@ -7,14 +7,14 @@ from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
 
 _MEANT = re.compile(r"did you mean `([^`…]+)`\?\Z|write `(?![^`]*(?:[A-Z]{2}|\b[a-z]\b))([^`…]+)`\Z")
-"""Advice that is one change; what stands for something else, as `CONDITION` and `a` do, is none."""
+"""Matches advice that is one change; placeholders, as `CONDITION` and `a`, do not match."""
 _SIGNS = frozenset("<>=")
-"""Of these, other languages make signs of which the mistake is told of one: `<>`, `=<`, `=>`."""
+"""Characters of operators of other languages (`<>`, `=<`, `=>`), of which a mistake is at one character only."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A change: what it is called, and what stands in the place of a span then."""
+    """A change: its title, the span that is replaced, and the new text."""
 
     title: str
     span: Span
@@ -22,7 +22,7 @@ class Fix:
 
 
 def fix(diagnostic: Diagnostic, source: Source) -> Fix | None:
-    """Return what mends a mistake of a text; None if no single change is known to."""
+    """Return the change that removes a mistake of a text; None if no single change is known."""
     if diagnostic.span is None:
         return None
     if diagnostic.code == "E107":
@@ -39,7 +39,7 @@ def fix(diagnostic: Diagnostic, source: Source) -> Fix | None:
 
 
 def _sign(source: Source, span: Span) -> Span:
-    """Return the signs that stand around one, without a blank between them."""
+    """Return the span of the whole operator around one of its characters."""
     text, start, end = source.text, span.start - source.base, span.end - source.base
     while start > 0 and text[start - 1] in _SIGNS:
         start -= 1

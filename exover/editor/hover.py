@@ -1,4 +1,4 @@
-"""What is told of the name or the statement at a place of a text, as Markdown."""
+"""Hover: Markdown about the name or the statement at a place of a text."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
@@ -14,7 +14,7 @@ from exover.source import Source, Span
 from exover.syntax import tree
 
 MAX_RULES = 20
-"""Rules that are told of one name or statement."""
+"""The most rules that are listed for one name or statement."""
 MAX_EXCERPT = 300
 STATEMENTS = (
     tree.Mutex,
@@ -31,16 +31,16 @@ STATEMENTS = (
     tree.Before,
     tree.Interrupts,
 )
-"""What comes down to rules, guards or launches of the model."""
+"""The statements that stand for rules, guards or launches of the model."""
 
 
 def hover(
     analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None, uses: Mapping[str, Told] | None = None
 ) -> tuple[str, Span] | None:
-    """Return what is told at an offset and the span that it is about; None if there is nothing.
+    """Return the Markdown at an offset and the span that it is about; None if there is none.
 
-    `spec`: of a properties file what is known of its spec, which declares most names. `uses`: what the check `rule-use`
-    has found, by subject.
+    `spec`: for a properties file, the analysis of its spec, which declares most names. `uses`: the findings of the
+    check `rule-use`, by subject.
     """
     if not analysis.current:
         return None
@@ -59,7 +59,7 @@ def hover(
 
 
 def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
-    """Yield whether rules are in use, as far as that is known."""
+    """Yield for each rule with a finding of `rule-use` whether it is in use."""
     for name in sorted(names):
         if name in uses:
             yield f"`{name}` is {'not ' if uses[name].violated else ''}in use: {uses[name].message}"
@@ -80,7 +80,7 @@ def _of_name(
 
 
 def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
-    """Return how a text declares a symbol, without what stands in its braces."""
+    """Return the declaration of a symbol as Markdown; of modules and requests, without the part in braces."""
     declared = analysis.index.declared[symbol]
     text = (analysis.last or analysis).source.slice(declared.node.span)
     if isinstance(declared.node, tree.Module | tree.Request):
@@ -91,7 +91,7 @@ def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
 
 
 def _head(text: str) -> str:
-    """Return a request without its clauses: the brace that opens them stands behind its last bracket or word."""
+    """Return the text of a request up to its clauses, which begin at the first brace outside of parentheses."""
     depth = 0
     for place, character in enumerate(text):
         depth += (character == "(") - (character == ")")
@@ -101,7 +101,7 @@ def _head(text: str) -> str:
 
 
 def _use(model: Model, symbol: SpecSymbol) -> Iterator[str]:
-    """Yield which rules a request meets, or what a rule stands for."""
+    """Yield the list of rules that decide about a request, or the list of what a rule stands for."""
     request = model.request.get(symbol.name) if symbol.sort == "request" else None
     if request:
         yield _list("decided by", list(_deciders(model, request)))
@@ -118,7 +118,7 @@ def _deciders(model: Model, request: Request) -> Iterator[str]:
 
 
 def named(model: Model, name: str) -> list[Rule | Guard | Launch]:
-    """Return the rules, guards and launches of a name, as the model has them."""
+    """Return the rules, guards and launches of the model with this name."""
     return [each for each in _all(model) if each.name == name]
 
 
@@ -157,7 +157,7 @@ def _location(source: Source, node: Any) -> Location:
 
 
 def _statement(node: Any, offset: int) -> Any:
-    """Return the innermost statement around an offset that stands for something else; None if there is none."""
+    """Return the innermost of `STATEMENTS` around an offset; None if there is none."""
     found = node if isinstance(node, STATEMENTS) else None
     for child in _children(node):
         if child.span.start <= offset <= child.span.end:

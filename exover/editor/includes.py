@@ -1,4 +1,4 @@
-"""The files that a text includes, by the places where it names them."""
+"""Finds the file that an `include` at a place names."""
 
 from itertools import pairwise
 
@@ -8,9 +8,9 @@ from exover.syntax.lex import STRING, string_value, tokens
 
 
 def included_at(document: Source, offset: int) -> str | None:
-    """Return the name of the file that the path at an offset names; None if none stands there.
+    """Return the path of the file that the `include` at an offset names; None if no such path stands there.
 
-    It need not be there. The text may have mistakes.
+    The file need not exist. The text may have mistakes.
     """
     for word, path in pairwise(tokens(document.text, [], base=document.base)):
         if path.start > offset:

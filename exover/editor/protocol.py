@@ -1,4 +1,4 @@
-"""Messages of an editor: every request has an answer, and what is no message has an error, as LSP 3.17 says."""
+"""JSON-RPC of the language server: each request gets a response, each bad message an error (LSP 3.17)."""
 
 from typing import Any
 
@@ -17,9 +17,9 @@ from exover.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RefusedMessage:
-    """A message that cannot be read. `number` is the one that its answer bears; None if none is known.
+    """A message that is refused. `number`: the id of the response; None if it is not known.
 
-    Nobody waits for an answer to what is no request, unless nothing is known of it (`answered`).
+    `answered`: whether it gets a response; notifications and responses get none.
     """
 
     error: JsonRpcException
@@ -28,10 +28,10 @@ class RefusedMessage:
 
 
 class SpecProtocol(LanguageServerProtocol):
-    """What pygls makes of messages, but that no request stays open and no notification is told to the user."""
+    """The protocol of pygls, except that each bad request is answered, and bad notifications are silently dropped."""
 
     def structure_message(self, data: dict[str, Any]) -> Any:
-        """Return a message as a value, or `RefusedMessage`; what is none, as each object in one, as it is."""
+        """Return a message as a value, or `RefusedMessage`; an object without `jsonrpc`, as one inside, as it is."""
         if "jsonrpc" not in data:
             return data
         number, asked = _number(data), "id" in data
@@ -46,7 +46,7 @@ class SpecProtocol(LanguageServerProtocol):
             return RefusedMessage(error if understood else JsonRpcInvalidRequest(), number, asked)
 
     def handle_message(self, message: Any) -> None:
-        """Answer a message; refuse it where it cannot be read, or comes before `initialize` or after `shutdown`."""
+        """Handle a message; refuse it if it cannot be read, or comes before `initialize` or after `shutdown`."""
         refused = message if isinstance(message, RefusedMessage) else self._refused(message)
         if refused is None:
             super().handle_message(message)
@@ -54,12 +54,12 @@ class SpecProtocol(LanguageServerProtocol):
             self.refuse(refused)
 
     def refuse(self, refused: RefusedMessage) -> None:
-        """Answer a message with an error."""
+        """Send the error response to a refused message."""
         error = refused.error.to_response_error()
         self._send_data({"jsonrpc": self.VERSION, "id": refused.number, "error": error})
 
     def _refused(self, message: Any) -> RefusedMessage | None:
-        """Return why a message is not answered; None if it is."""
+        """Return the refusal of a message; None if it is to be handled."""
         if not hasattr(message, "jsonrpc"):
             return RefusedMessage(JsonRpcInvalidRequest("no message of JSON-RPC 2.0"), _number(message))
         method, number = getattr(message, "method", ""), getattr(message, "id", None)
@@ -86,13 +86,13 @@ class SpecProtocol(LanguageServerProtocol):
 
 
 def _number(message: Any) -> int | str | None:
-    """Return the number by which the answer to a message is known, if it has one."""
+    """Return the id of a message; None if it has none, or one that is neither a number nor a string."""
     number = message.get("id") if isinstance(message, dict) else None
     return number if isinstance(number, int | str) else None
 
 
 def unreadable(error: Exception) -> RefusedMessage | None:
-    """Return the refusal of what is no JSON at all, by the error that says so; None of another error."""
+    """Return the refusal of bytes that are no JSON, by the error of reading them; None for another error."""
     if isinstance(error, ValueError | RecursionError):
         return RefusedMessage(JsonRpcParseError("no JSON in UTF-8"))
     return None

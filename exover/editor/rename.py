@@ -1,4 +1,4 @@
-"""A new name for what has one, everywhere, and only if no other name comes to mean something else."""
+"""Renames a symbol everywhere, unless another name would change its meaning."""
 
 import re
 
@@ -15,7 +15,7 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
 class RenameRefused(Exception):
-    """A name cannot be given; the text tells the user why."""
+    """A symbol cannot get this name; the text tells the user why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +32,9 @@ class Change:
 
 
 def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[Change]:
-    """Return where a symbol is named, file by file. Raises `RenameRefused`.
+    """Return the places to rename, file by file. Raises `RenameRefused`.
 
-    `texts` are a spec and its properties files, or one of these alone. None may have a mistake, before or after.
+    `texts`: a spec and its properties files, or one file alone. None of them may have a diagnostic before or after.
     """
     if not _NAME.match(name) or name in RESERVED:
         raise RenameRefused(f"{quote(name)} is no name: letters, digits and `_`, and no reserved word")
@@ -84,7 +84,7 @@ def _changed(change: Change, name: str) -> str:
 
 
 def _alike(found: TextAnalysis) -> list[int]:
-    """Return for every name of a text the number of the first that stands for the same."""
+    """Return for each name of a text, in order, the number of the first name that stands for the same symbol."""
     ordered: list[SymbolOccurrence] = sorted(found.index.occurrences, key=lambda each: each.span)
     first: dict[SpecSymbol, int] = {}
     return [first.setdefault(each.symbol, number) for number, each in enumerate(ordered)]

@@ -1,8 +1,7 @@
-"""The language server: what an editor asks about specs and properties files, answered over standard input and output.
+"""The language server: answers an editor about specs and properties files over standard input and output.
 
-Texts are taken whole at each change, since lines of the protocol are not those of the library that carries it. They are
-read in one thread, in their order, and only the newest of each; what checks say comes from a process that the next
-change ends.
+The editor sends whole texts (full synchronization), since pygls counts lines in another way than the protocol. One
+thread analyses them in order, only the newest of each; findings come from a process that the next change ends.
 """
 
 import asyncio
@@ -36,29 +35,29 @@ from exover.syntax.layout import formatted, start_of
 
 RULE_USE = "rule-use"
 PAUSE = 0.3
-"""Seconds without a key before checks are asked."""
+"""Seconds without a change before checks are started."""
 SECONDS = 1.0
-"""Seconds that checks have, unless the editor says otherwise (`checkSeconds`; 0: none are asked)."""
+"""The default of `checkSeconds`: seconds that checks have; with 0 none are started."""
 
 T = TypeVar("T")
 
 
 class SpecServer(LanguageServer):
-    """Answers an editor; one for each process."""
+    """The language server of one editor."""
 
     def __init__(self) -> None:
         super().__init__("exover", __version__, types.TextDocumentSyncKind.Full, protocol_cls=SpecProtocol)
         self.files = Files()
         self.seconds = SECONDS
         self.told: dict[str, list[Told]] = {}
-        """What checks have said last of each spec, by its path."""
+        """The last findings of each spec, by its path."""
         self.closed: dict[str, set[str]] = {}
-        """The files that are not open of which something is told, by the spec that they go with."""
+        """URIs of files that are not open and have diagnostics, by the path of the spec that they belong to."""
         self.refreshes: dict[str, asyncio.Task[None]] = {}
         self.reader = ThreadPoolExecutor(1, "reader")
 
     def report_server_error(self, error: Exception, source: type[PyglsError | JsonRpcException]) -> None:
-        """Answer what is no JSON with an error; tell the user of a fault in what was to be done without an answer."""
+        """Answer bytes that are no JSON with an error response; leave other errors to pygls."""
         refused = unreadable(error) if source is JsonRpcException else None
         if refused and isinstance(self.protocol, SpecProtocol):
             self.protocol.refuse(refused)
@@ -68,16 +67,16 @@ class SpecServer(LanguageServer):
     # ---- texts ----
 
     async def ask(self, question: Callable[[], T]) -> T:
-        """Return the answer of a question about the files, asked where nobody else looks at them."""
+        """Return the result of a function that uses `files`, run in the one thread that may use them."""
         return await asyncio.get_running_loop().run_in_executor(self.reader, question)
 
     async def analysis(self, uri: str) -> tuple[TextAnalysis, EditorText]:
-        """Return what is known of an open text, with the places of the protocol."""
+        """Return the analysis of a document, and its text with the places of the protocol."""
         found, _ = await self.numbered(uri)
         return found, self.text(found)
 
     async def numbered(self, uri: str) -> tuple[TextAnalysis, int | None]:
-        """Return what is known of an open text, and the editor's number of it."""
+        """Return the analysis of a document, and its version number; raises `JsonRpcInvalidParams` if there is none."""
         path = path_of(uri)
         found, version = await self.ask(lambda: self.files.numbered(path))
         if found is None:
@@ -85,39 +84,42 @@ class SpecServer(LanguageServer):
         return found, version
 
     def text(self, found: TextAnalysis) -> EditorText:
-        """Return a text as the client counts its places."""
+        """Return the text of an analysis, with places in the client's encoding."""
         return self.text_of(found.document)
 
     def text_of(self, file: Source) -> EditorText:
-        """Return a file as the client counts its places."""
+        """Return the text of a file, with places in the client's encoding."""
         return EditorText(file.text, self.encoding, file.base)
 
     @property
     def encoding(self) -> PositionEncoding:
-        """The encoding whose units columns count."""
+        """The position encoding that client and server agreed on; UTF-16 by default."""
         chosen = self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
         return convert.ENCODINGS[str(getattr(chosen, "value", chosen))]
 
     def changed(self, uri: str, text: str, version: int | None) -> None:
-        """Take the newest text, and tell what is wrong with it as soon as that is known."""
+        """Take the newest text of a document, and begin to publish its diagnostics."""
         path = path_of(uri)
         self._forget(path)
         self.reader.submit(self.files.put, path, without_mark(text, self.encoding), version)
         self._begin(uri)
 
     def _forget(self, path: str) -> None:
-        """Forget what checks have said of a text that is no longer."""
+        """Forget the findings placed in a file, and all findings of a spec at this path."""
         self.told = {
             spec: [each for each in told if each.file != path] for spec, told in self.told.items() if spec != path
         }
 
     def saved(self, uri: str) -> None:
-        """Ask the checks anew: they read what is on disk beside the text."""
+        """Analyse and check again, since a document was saved: files may be new on disk."""
         self.reader.submit(self.files.look_anew)
         self._begin(uri)
 
     async def close(self, uri: str) -> None:
-        """Forget a text: what is on disk counts again, also for the files that go with it."""
+        """Forget a closed document, withdraw its diagnostics, and analyse open files that belong to it again.
+
+        From now on the file on disk counts.
+        """
         if refresh := self.refreshes.pop(uri, None):
             refresh.cancel()
         path, opened = path_of(uri), {each: path_of(each) for each in self.refreshes}
@@ -142,7 +144,7 @@ class SpecServer(LanguageServer):
         self.refreshes[uri] = asyncio.get_running_loop().create_task(self._refresh(uri))
 
     async def _refresh(self, uri: str) -> None:
-        """Tell what is wrong with a text, then with others that are open, as it may be theirs, then ask the checks."""
+        """Publish the diagnostics of a document, then of other files that may depend on it, then start the checks."""
         await asyncio.sleep(0)  # of changes that have come together only the last is looked at
         found, _ = await self.analysis(uri)
         await self._publish(uri)
@@ -157,7 +159,7 @@ class SpecServer(LanguageServer):
             await self._check(path)
 
     async def _check(self, path: str) -> None:
-        """Ask the checks about the spec that a text is, or is for, and tell what they say."""
+        """Run the checks on the spec that a text is or belongs to, and publish the findings."""
         together = await self.ask(lambda: self.files.together(path))
         if not together:
             return
@@ -173,12 +175,12 @@ class SpecServer(LanguageServer):
         await self._publish_closed(path)
 
     async def _publish(self, uri: str) -> None:
-        """Tell what is wrong with a text that is open."""
+        """Publish the diagnostics of an open document."""
         found, version = await self.numbered(uri)
         self._show(uri, self._wrong(found.document, found.mistakes), version)
 
     async def _publish_closed(self, path: str) -> None:
-        """Tell what is wrong with files that go with a text and are not open, and forget what was."""
+        """Publish the diagnostics of files that belong to a text and are not open; withdraw those that are gone."""
         together = await self.ask(lambda: self.files.together(path))
         if not together:
             return
@@ -194,7 +196,7 @@ class SpecServer(LanguageServer):
         self.closed[spec] = wrong
 
     def _wrong(self, file: Source, mistakes: Sequence[Diagnostic]) -> list[types.Diagnostic]:
-        """Return what is wrong with a file; without mistakes, what checks find violated there."""
+        """Return the diagnostics of a file: its mistakes, or if there are none, the violated findings in it."""
         text = self.text_of(file)
         if mistakes:
             return [convert.mistake(text, each) for each in mistakes]
@@ -207,13 +209,16 @@ class SpecServer(LanguageServer):
     # ---- questions ----
 
     async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, TextAnalysis] | None:
-        """Return what the name at a place stands for, if one stands there."""
+        """Return symbol, span and analysis of the name at a position; None if there is none or the text has no tree."""
         found, text = await self.analysis(uri)
         name = found.index.at(text.offset((at.line, at.character)))
         return (name.symbol, name.span, found) if name and found.current else None
 
     async def places(self, uri: str, at: types.Position, declared: bool | None) -> list[types.Location]:
-        """Return where the name at a place is named, in its text and those that go with it; `declared`: only so."""
+        """Return where the symbol at a position is named, in all files of its spec.
+
+        `declared`: True for declarations only, False for uses only, None for both.
+        """
         asked = await self.symbol(uri, at)
         if asked is None:
             return []
@@ -228,19 +233,19 @@ class SpecServer(LanguageServer):
         return found
 
     def uri(self, path: str) -> str:
-        """Return the name by which the client knows a file: as it has opened it, if it has."""
+        """Return the URI of a path: the one by which the client has opened it, if it has."""
         opened = next((uri for uri in self.refreshes if path_of(uri) == path), None)
         return opened or from_fs_path(path) or path
 
 
 def path_of(uri: str) -> str:
-    """Return the path of a file, or the name of what is none, as it stands: no file has NUL in its path."""
+    """Return the path of a `file:` URI; another URI, or one whose path has a NUL, is returned as it is."""
     path = to_fs_path(uri) if uri.startswith("file:") else None
     return path if path and "\0" not in path else uri
 
 
 def make() -> SpecServer:
-    """Return a server that knows all that it is asked."""
+    """Return a server with all its features registered."""
     server = SpecServer()
 
     @server.feature(types.INITIALIZE)
@@ -274,7 +279,7 @@ def make() -> SpecServer:
 
 
 def _names(server: SpecServer) -> None:
-    """Add what is asked about names."""
+    """Register hover, definition, references, symbols and completion."""
 
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     async def hovered(params: types.HoverParams) -> types.Hover | None:
@@ -317,7 +322,7 @@ def _names(server: SpecServer) -> None:
 
 
 def _changes(server: SpecServer) -> None:
-    """Add what changes texts."""
+    """Register rename, formatting and code actions."""
 
     @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
     async def prepared(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:

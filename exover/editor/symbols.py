@@ -1,6 +1,6 @@
-"""Where each name of a text is declared and used, as docs/language.md section 2 says what names stand for.
+"""Finds where each name of a text is declared and used, by the scopes of docs/language.md section 2.
 
-Trees are enough for that, so that a text whose meaning has mistakes has its symbols all the same.
+This needs the tree only, so a text that does not resolve to a model has its symbols all the same.
 """
 
 from bisect import bisect_right
@@ -35,14 +35,14 @@ SymbolSort = Literal[
 
 
 class SpecSymbol(NamedTuple):
-    """What a name stands for, by its full name; enum values of one name are one symbol."""
+    """What a name stands for: its sort and full name; all enum values of one name are one symbol."""
 
     sort: SymbolSort
     name: str
 
 
 class SymbolOccurrence(NamedTuple):
-    """A name in the text."""
+    """One place where a symbol is named; `declares` iff it is declared there."""
 
     span: Span
     symbol: SpecSymbol
@@ -51,7 +51,7 @@ class SymbolOccurrence(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """What a text declares, where, and the node that says it."""
+    """A declaration: its symbol, the span of the name, and its node in the tree."""
 
     symbol: SpecSymbol
     span: Span
@@ -60,7 +60,7 @@ class Declared:
 
 @dataclass
 class Index:
-    """All names of one text, and what it declares."""
+    """All occurrences of names in one text, and its declarations."""
 
     occurrences: list[SymbolOccurrence] = field(default_factory=list)
     declared: dict[SpecSymbol, Declared] = field(default_factory=dict)
@@ -70,21 +70,21 @@ class Index:
         return sorted(self.occurrences, key=lambda each: each.span)
 
     def at(self, offset: int) -> SymbolOccurrence | None:
-        """Return the name at an offset, or that ends there."""
+        """Return the name at an offset, or that ends there; None if there is none."""
         place = bisect_right(self._sorted, offset, key=lambda each: each.span.start)
         nearest = self._sorted[place - 1] if place else None
         return nearest if nearest and offset <= nearest.span.end else None
 
     def of(self, symbol: SpecSymbol) -> list[SymbolOccurrence]:
-        """Return where a symbol is declared and used, in the order of the text."""
+        """Return the occurrences of a symbol, in the order of the text."""
         return [each for each in self._sorted if each.symbol == symbol]
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Where a name stands: in a clause of a module or of `owner`, a request; within `with` it is about `subject`.
+    """The scope of a name: a module, the request `owner` whose clause it is in, and the request `subject` of a `with`.
 
-    `results`: whether names there are results of `subject`, too.
+    `results`: whether names may also be results of `subject`.
     """
 
     module: str = ""
@@ -107,7 +107,7 @@ _READ: tuple[SymbolSort, ...] = ("poster", "state", "latch")
 
 
 def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None = None) -> Index:
-    """Return the names of a spec, or of a properties file and the spec whose names are `known`."""
+    """Return the index of a spec or a part; or of a properties file, whose spec has the index `known`."""
     found = Index()
     declared = dict(known.declared) if known else {}
     for name, symbol, node in _declarations(root):
@@ -126,7 +126,7 @@ def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None 
 
 
 def _declarations(root: tree.Spec | tree.Part | tree.Properties) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
-    """Yield every name that is declared, what it stands for, and the node that declares it."""
+    """Yield name, symbol and node of each declaration."""
     if isinstance(root, tree.Spec):
         yield root.name, SpecSymbol("spec", root.name.text), root
     for item in root.items:
@@ -184,12 +184,12 @@ class _Reader:
     found: list[SymbolOccurrence]
 
     def note(self, name: tree.Name, symbol: SpecSymbol) -> None:
-        """Note a use of what is declared."""
+        """Note a use of a symbol if it is declared."""
         if symbol in self.declared:
             self.found.append(SymbolOccurrence(name.span, symbol, declares=False))
 
     def first(self, name: tree.Name, symbols: Iterable[SpecSymbol]) -> None:
-        """Note a use of the first of these that is declared."""
+        """Note a use of the first of these symbols that is declared."""
         found = next((symbol for symbol in symbols if symbol in self.declared), None)
         if found:
             self.found.append(SymbolOccurrence(name.span, found, declares=False))

@@ -1,4 +1,4 @@
-"""Places of a text as the Language Server Protocol counts them: lines from 0, columns in units of an encoding."""
+"""Places in the Language Server Protocol: lines from 0, columns from 0 in code units of a position encoding."""
 
 import re
 from bisect import bisect_right
@@ -18,14 +18,14 @@ _MARK = "\ufeff"
 
 
 def without_mark(text: str, encoding: PositionEncoding) -> str:
-    """Return a text with blanks in the place of the byte order mark that it may begin with, as wide as that is."""
+    """Return a text whose byte order mark, if it begins with one, is replaced by blanks of the same width in units."""
     width = len(_MARK.encode(_CODECS[encoding])) // _BYTES[encoding]
     return " " * width + text[1:] if text.startswith(_MARK) else text
 
 
 @dataclass(frozen=True)
 class EditorText:
-    """A text whose lines end as the protocol has it: with a line feed, a carriage return, or both.
+    """A text whose lines end as in the protocol: with a line feed, a carriage return, or both.
 
     `base` is the offset of its first character, as in a `Source`.
     """
@@ -39,13 +39,13 @@ class EditorText:
         return [0, *(match.end() for match in _END_OF_LINE.finditer(self.text))]
 
     def place(self, offset: int) -> Place:
-        """Return the place of the character at an offset; one outside the text counts as its nearest end."""
+        """Return line and column of the character at an offset; one outside the text counts as its nearest end."""
         inside = min(max(offset - self.base, 0), len(self.text))
         line = bisect_right(self._starts, inside) - 1
         return line, self._units(self.text[self._starts[line] : inside])
 
     def offset(self, place: Place) -> int:
-        """Return the offset of a place; one behind the end of a line counts as that end, one behind all as the end."""
+        """Return the offset of a place; a column behind a line counts as its end, a line behind the last as the end."""
         line, column = place
         if line >= len(self._starts):
             return self.base + len(self.text)
@@ -56,13 +56,13 @@ class EditorText:
         return self.base + start + len(cut.decode(_CODECS[self.encoding], "ignore"))
 
     def range(self, span: Span) -> tuple[Place, Place]:
-        """Return where a span begins and ends."""
+        """Return the places where a span begins and ends."""
         return self.place(span.start), self.place(span.end)
 
     def line(self, number: int) -> Span:
-        """Return the span of a line from 0, without its end; of one behind the last, the end of the text.
+        """Return the span of a line, from 0, without its line end; for one behind the last, the end of the text.
 
-        Lines are counted as a `Source` counts them, which ends none with a carriage return alone.
+        Lines are counted as in a `Source`: a carriage return alone ends none.
         """
         start = 0
         for _ in range(number):
