@@ -171,7 +171,7 @@ class _Reading:
     def _read_bag(self, path: str) -> str:
         from exover.audit import bags
 
-        Path(path).stat()  # that it is not there comes first
+        Path(path).stat()  # raises first if the path does not exist
         if self._job.binding is None:
             return "it is a bag, and nothing says which topics are which requests: give --bind"
         bag = bags.Bag(self._job.model, self._job.binding, path)

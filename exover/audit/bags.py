@@ -84,7 +84,7 @@ class Bag:
         try:
             reader = BagReader(Path(self._path))
             reader.open()
-        except Exception as error:  # whatever a damaged file makes of it
+        except Exception as error:  # a damaged file may raise anything
             raise NoMission(first_line(error)) from error
         try:
             self._topics = {each.topic for each in reader.connections}

@@ -55,7 +55,7 @@ def decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, An
             message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
         except StopIteration:
             return
-        except Exception as error:  # whatever a damaged file makes of it
+        except Exception as error:  # a damaged file may raise anything
             raise NoMission(f"the message behind {number} cannot be read: {first_line(error)}") from error
         yield connection.topic, stamp, message
 

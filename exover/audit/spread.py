@@ -34,7 +34,7 @@ def audit_all(job: Job, missions: Paths, jobs: int, progress: Progress) -> list[
             auditor.close()
     found: dict[int, MissionResult] = {}
     left = _pooled(job, missions, range(len(missions)), min(jobs, len(missions)), found, progress)
-    for number in left:  # each by itself, so that it is known whose process dies
+    for number in left:  # one by one, to find the missions whose process dies
         if _pooled(job, missions, [number], 1, found, progress):
             found[number] = MissionResult(missions[number][1], error=DIED, died=True)
     return [found[number] for number in range(len(missions))]
@@ -115,7 +115,7 @@ def audit_on_cluster(
                 found.append(_told(future.result(), progress))
             except NativeFault:
                 raise
-            except (ImportError, RuntimeError) as error:  # other packages there than here, say
+            except (ImportError, RuntimeError) as error:  # as with other packages there than here
                 raise ClusterUnavailable(f"a worker of {address} cannot audit: {error}") from error
             except KilledWorker:
                 found.append(MissionResult(name, error=DIED, died=True))

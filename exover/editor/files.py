@@ -74,7 +74,7 @@ class Files:
         return found, self.known[path].version if path in self.known else None
 
     def drop(self, path: str) -> None:
-        """Forget a text that the editor has closed: what is on disk counts again."""
+        """Forget a text that the editor has closed; the file on disk counts again."""
         self.known.pop(path, None)
         self.look_anew()
 
@@ -134,7 +134,7 @@ class Files:
     def spec_of(self, path: str) -> TextAnalysis | None:
         """Return the analysis of the spec that a properties file or a part belongs to; None if of none or several."""
         if path not in self._specs:
-            with suppress(OSError):  # a place cannot be read
+            with suppress(OSError):  # a folder cannot be read
                 self._specs[path] = find_specs(path) if path.endswith(SUFFIX) else find_including(path)
         specs = [os.path.abspath(each) for each in self._specs.get(path, [])]
         if not path.endswith(SUFFIX):

@@ -33,7 +33,7 @@ def fix(diagnostic: Diagnostic, source: Source) -> Fix | None:
     text, span = meant[1] or meant[2], diagnostic.span
     if source.slice(span) in _SIGNS:
         span = _sign(source, span)
-        if span == diagnostic.span:  # the sign is parted by blanks
+        if span == diagnostic.span:  # blanks separate the characters of the operator
             return None
     return Fix(f"replace with `{text}`", span, text)
 

@@ -145,7 +145,7 @@ class SpecServer(LanguageServer):
 
     async def _refresh(self, uri: str) -> None:
         """Publish the diagnostics of a document, then of other files that may depend on it, then start the checks."""
-        await asyncio.sleep(0)  # of changes that have come together only the last is looked at
+        await asyncio.sleep(0)  # of changes that come together, only the last is analysed
         found, _ = await self.analysis(uri)
         await self._publish(uri)
         path = path_of(uri)

@@ -231,7 +231,7 @@ class _Reader:
                 self.note(node.resource, SpecSymbol("resource", node.resource.text))
                 self._below(node, place)
             case tree.Name():
-                pass  # what declares it, or a use that is noted above
+                pass  # a declaration, or a use that is noted above
             case _:
                 self._below(node, place)
 

@@ -1,1 +1,1 @@
-"""The gate between what decides and the modules of a robot (docs/gate.md), and its bindings (docs/binding.md)."""
+"""The gate between clients and the modules of a robot (docs/gate.md), and its bindings (docs/binding.md)."""

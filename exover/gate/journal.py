@@ -60,7 +60,7 @@ class JournalFile:
             return
         with suppress(OSError):  # it is a pipe or a device
             end = os.lseek(self._file, 0, os.SEEK_CUR)
-            if os.fstat(self._file).st_size == end:  # else somebody has written behind it
+            if os.fstat(self._file).st_size == end:  # else another process has written behind it
                 os.ftruncate(self._file, end - written)
         raise OSError(errno.ENOSPC, "no space is left on the device")
 

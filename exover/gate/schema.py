@@ -1,4 +1,4 @@
-"""What keys the tables of a binding have, and of what type their values are (docs/binding.md)."""
+"""The keys of the tables of a binding, with the types of their values (docs/binding.md)."""
 
 import json
 import math

@@ -1,1 +1,1 @@
-"""The checker at work on a stream of events: the reference interpreter, the tables, the emitted C and Rust."""
+"""Runs a checker on a stream of events: the reference interpreter, the tables, the emitted C or Rust."""

@@ -119,7 +119,7 @@ class CheckerServer:
 
     def _not_accepted(self, error: OSError) -> None:
         """Go on without the client; if it still waits, stop listening, lest the selector report it again at once."""
-        if error.errno not in SHORT:  # it is gone again
+        if error.errno not in SHORT:  # the client is gone again
             self.tell(f"a client cannot be served: {error.strerror}")
             return
         self._selector.unregister(self.listener)

@@ -289,7 +289,7 @@ class McpProxy:
     def _carried_out(self, pending: Pending, slot: SlotId, message: Message) -> None:
         """Take the response to a call that carries out a slot: it tells the end, or that it has started."""
         if self._carries.get(slot) != message.id:
-            return  # its end was told otherwise before
+            return  # its end was reported in another way before
         del self._carries[slot]
         held, bound = self.gate.state.slots.get(slot), self.gate.binding.of(slot[0])
         if held is None or bound is None:
@@ -340,7 +340,7 @@ class McpProxy:
     # ---- what goes out ----
 
     def do(self, effect: OuterEffect) -> None:
-        """Do an effect of the gate."""
+        """Do an effect of the gate: send the messages that it stands for."""
         match effect:
             case Forward(call, slot, args):
                 self._forward(call, slot, args)

@@ -1,1 +1,1 @@
-"""The gate in front of ROS 2: actions and services on the wire that rmw_cyclonedds speaks."""
+"""The gate for ROS 2: actions and services in the wire format of rmw_cyclonedds_cpp."""

@@ -80,7 +80,7 @@ class ActionGoals:
         self._open[goal.id] = goal
 
     def drop(self, goal: ActionGoal) -> None:
-        """Forget a goal that never began."""
+        """Remove a goal from the open ones."""
         if self._open.get(goal.id) is goal:
             del self._open[goal.id]
 

@@ -80,7 +80,7 @@ class Seen(Mapping[str, Any], Located):
         """Return the value at a path, or `MISSING`."""
         try:
             found = _getter(path)(self._message)
-        except (AttributeError, TypeError):  # it is not there, or in a list
+        except (AttributeError, TypeError):  # it is missing, or inside a list
             return walk(self, path)
         return found if found.__class__ in _PLAIN else walk(self, path)
 

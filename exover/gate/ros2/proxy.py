@@ -148,7 +148,7 @@ class Ros2Proxy:
     # ---- what goes out ----
 
     def do(self, effect: OuterEffect) -> None:
-        """Do an effect of the gate."""
+        """Do an effect of the gate, by the proxy of its action or service."""
         match effect:
             case Forward(call, slot, args):
                 self._of[slot[0]].forward(call, slot, args)

@@ -12,7 +12,7 @@ from exover.gate.ros2.outside import Outside
 from exover.model.state import SlotId
 
 AGAIN = 0.5
-"""Seconds after which a server that has not answered is asked again."""
+"""Seconds after which a request to a server is repeated that it has not answered."""
 ToServer = Callable[[PortPart, bytes, object], None]
 
 
