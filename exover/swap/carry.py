@@ -23,8 +23,6 @@ from exover.swap.record import (
 )
 
 AS_IT_IS: tuple[int, ...] = ()
-NOWHERE = -1
-"""In a list: the number has no counterpart in NEW."""
 
 
 @dataclass(frozen=True)
