@@ -1,4 +1,4 @@
-"""The identity of a spec: equal for texts that differ in blanks, comments, places and shorthand only."""
+"""A digest of a model: equal for texts that differ only in blanks, comments, places and shorthand."""
 
 import hashlib
 import json
@@ -9,24 +9,27 @@ from typing import Any
 from exover.model.model import Model
 
 TEXTS = frozenset({"because"})
-"""Fields that answers tell, and that nothing is decided by."""
+"""Names of fields that appear in answers but influence no decision."""
 
 
 def digest(model: Model) -> bytes:
-    """Return the sha256 of a canonical text of the model; where a thing was declared is no part of it."""
+    """Return the SHA-256 of a canonical text of the model, without the places of the declarations."""
     return hashlib.sha256(json.dumps(_plain(model), separators=(",", ":")).encode()).digest()
 
 
 def essence(value: Any) -> str:
-    """Return a canonical text of a value of the model, which tells no places and none of the texts after `because`.
+    """Return a canonical text of a value of the model, without places and without the texts after `because`.
 
-    Values of equal essence differ at most in these, and in what the fields hold that do not count for equality.
+    Values of equal essence differ at most in their `because` texts and in fields that equality does not compare.
     """
     return json.dumps(_plain(value, TEXTS), separators=(",", ":"))
 
 
 def _plain(value: Any, without: frozenset[str] = frozenset()) -> Any:
-    """Return lists, numbers and strings that tell a value from every other one, but for fields of these names."""
+    """Return a value as nested lists, numbers and strings, without the fields named in `without`.
+
+    Values that differ in a compared field that is kept have different results.
+    """
     kind: Any = type(value)
     if kind is str or kind is int or value is None:
         return value
@@ -40,7 +43,7 @@ def _plain(value: Any, without: frozenset[str] = frozenset()) -> Any:
 
 @cache
 def _compared(kind: type, without: frozenset[str]) -> tuple[str, ...] | None:
-    """Return the names of the fields by which values of a dataclass are equal, but for some; None for what is none."""
+    """Return the fields of a dataclass that equality compares, less those of `without`; None for any other class."""
     if not is_dataclass(kind):
         return None
     return tuple(field.name for field in fields(kind) if field.compare and field.name not in without)

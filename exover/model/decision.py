@@ -38,7 +38,10 @@ BUSY = Reason("busy")
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What is done with a newcomer; `kills` in order, each for its reason; `dismissed` requests with their reasons."""
+    """What is done with a newcomer: a verdict, the slots to kill in order, and the requests to dismiss.
+
+    `reason` is the one of the verdict; each kill and each dismissed request has a reason of its own.
+    """
 
     verdict: Literal["reject", "wait", "clear", "settle", "launch"]
     reason: Reason | None = None
@@ -48,7 +51,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A rule, or its copy for the slot `slot` where there is one for each slot of a request."""
+    """A rule (`slot` is None), or the copy for one slot of a rule that stands for each slot of a request."""
 
     rule: Rule
     slot: SlotId | None = None
@@ -63,7 +66,7 @@ class Instance:
 class NewcomerStates:
     """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question.
 
-    Its slot is one past the last if none is idle. By slot to clear there is the reason for which it is.
+    `slot` is the newcomer's: one past the last if none is idle. `cleared` maps each slot to clear to the reason why.
     """
 
     state: State
@@ -75,7 +78,7 @@ class NewcomerStates:
 
 @dataclass(frozen=True)
 class Decisions:
-    """The decisions of a model, and what rules say of states."""
+    """The decisions of a model, and the evaluation of its rules in states."""
 
     model: Model
 
@@ -104,7 +107,7 @@ class Decisions:
         return Decision("launch", dismissed=dismissed)
 
     def newcomer(self, state: State, request: Request, args: Args) -> NewcomerStates | None:
-        """Return the newcomer `request(args)` as it would be launched in this state; None: the request is busy."""
+        """Return the newcomer `request(args)` as it would be launched in this state; None iff the request is busy."""
         idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
         if not idle and not request.interrupts_self:
             return None
@@ -152,7 +155,10 @@ class Decisions:
         return [(verdict, reason) for _, verdict, reason in found]
 
     def _shortages(self, state: State, request: Request, scope: Scope) -> list[Consumption]:
-        """Return the first clause that counts of every resource of which the newcomer consumes more than there is."""
+        """Return, for each resource of which the newcomer consumes more than its level, its first clause that counts.
+
+        A clause counts iff its `when` holds.
+        """
         return [
             clauses[0]
             for resource, clauses in self.consumed(state, request, scope).items()
@@ -160,7 +166,7 @@ class Decisions:
         ]
 
     def consumed(self, state: State, request: Request, scope: Scope) -> dict[str, list[Consumption]]:
-        """Return by resource that a newcomer consumes the clauses that count."""
+        """Return, for each resource that a newcomer consumes, its clauses that count, in the order of the text."""
         counting: dict[str, list[Consumption]] = {}
         for consumption in request.consumptions:
             if applies(self.model, state, consumption.when, scope):
@@ -168,7 +174,7 @@ class Decisions:
         return counting
 
     def rule_demands(self, launched: State, newcomer: SlotId, instance: Instance) -> "list[str | Dismiss]":
-        """Return what a rule in question demands for the newcomer: a verdict, or requests to dismiss."""
+        """Return what a rule in question demands for the newcomer: a verdict, requests to dismiss, or nothing."""
         remedies = instance.rule.remedies
         if self.true_either_way(launched, instance):
             return [verdict_without_kill(remedies)]
@@ -210,7 +216,7 @@ class Decisions:
 
     @cached_property
     def _needing(self) -> dict[str | None, list[int]]:
-        """By request the numbers of the rules whose F needs it or another one active; by None those of all others."""
+        """For each request, the numbers of the rules whose F needs it or another request active; for None, the rest."""
         found: dict[str | None, list[int]] = {None: []}
         for number, rule in enumerate(self.model.rules):
             needed = {rule.slot_of} if rule.slot_of else needs(rule.condition, self.model)
@@ -219,18 +225,18 @@ class Decisions:
         return found
 
     def rules(self, state: State) -> list[Rule]:
-        """Return the rules in order, without those whose F is false since nothing is active that it needs."""
+        """Return the rules in order, without those whose F is false because no request that it needs is active."""
         numbers = {number for name, _ in (*state.held, (None, 0)) for number in self._needing.get(name, ())}
         return [self.model.rules[number] for number in sorted(numbers)]
 
     def instances(self, state: State, rule: Rule) -> list[Instance]:
-        """Return the rule, or its copies for the active slots that it speaks of, in their order."""
+        """Return the rule, or, if it stands for each slot of a request, its copies for the active slots in order."""
         if rule.slot_of is None:
             return [Instance(rule)]
         return [Instance(rule, slot) for slot in state.active([rule.slot_of])]
 
     def true(self, state: State, instance: Instance) -> bool:
-        """Return whether the F of a rule holds."""
+        """Return whether the F of a rule holds; that of a copy is false if its slot is idle."""
         scope = NOTHING
         if instance.slot:
             name, index = instance.slot
@@ -274,7 +280,7 @@ class Decisions:
 
 @dataclass(frozen=True, slots=True)
 class Dismiss:
-    """The demand that what waits at this request is given up if the newcomer is launched."""
+    """The demand that what is in this request's waiting place is rejected if the newcomer is launched."""
 
     request: str
 
@@ -288,7 +294,7 @@ def verdict_without_kill(remedies: tuple[Remedy, ...]) -> Literal["reject", "wai
 
 
 def affect(state: State, effects: tuple[Effect, ...]) -> State:
-    """Return the state after `on` clauses, in order."""
+    """Return the state after the effects of `on` clauses, applied in order."""
     for effect in effects:
         match effect:
             case SetState(name, value):

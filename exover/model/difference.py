@@ -1,4 +1,4 @@
-"""What differs between the answers of two versions of a spec (docs/diff.md)."""
+"""Values that say how the answers of two versions of a spec differ (docs/diff.md)."""
 
 from collections.abc import Iterator
 from typing import Literal
@@ -10,13 +10,13 @@ from exover.model.property import Properties
 from exover.model.versions import Versions
 
 DeedKind = Literal["launched", "rejected", "waiting", "killed", "violation"]
-"""What an answer does with a request; a violation is of no request."""
+"""What an answer does with a request; a violation belongs to no request."""
 DEED_KINDS: tuple[DeedKind, ...] = ("rejected", "launched", "waiting", "killed")
 
 
 @dataclass(frozen=True, slots=True)
 class AnswerChange:
-    """What NEW does with a request in a step in which OLD does not, or, if it is `gone`, the other way round.
+    """A deed that NEW does in some step and OLD does not in the same step; with `gone`, OLD does it and NEW does not.
 
     `request`: as NEW calls it; None for violations. `weaker`: NEW launches what OLD rejects or leaves waiting.
     """
@@ -28,17 +28,17 @@ class AnswerChange:
 
     @property
     def word(self) -> str:
-        """The change in words, as reports have it."""
+        """The change in words, as reports write it: "newly launched", "no longer raised"."""
         return f"{'no longer' if self.gone else 'newly'} {'raised' if self.request is None else self.deed}"
 
     @property
     def subject(self) -> str:
-        """What changes."""
+        """The name of the request, or "violation"."""
         return self.request or "violation"
 
 
 def changes(versions: Versions) -> Iterator[AnswerChange]:
-    """Yield the changes that are asked about, request by request in the order of NEW."""
+    """Yield the changes to look for, request by request in the order of NEW, those of violations last."""
     for _, request in versions.requests:
         yield AnswerChange(request.name, "launched", weaker=True)
         yield from (AnswerChange(request.name, deed) for deed in DEED_KINDS)
@@ -48,7 +48,7 @@ def changes(versions: Versions) -> Iterator[AnswerChange]:
 
 @dataclass(frozen=True, slots=True)
 class CommonStep:
-    """What came to OLD and to NEW, and what they answered; None: it is nothing that this version knows."""
+    """The events that OLD and NEW get in one step, and their answers; an event is None if the version has no such."""
 
     events: tuple[Event | None, Event | None]
     answers: tuple[tuple[Action, ...], tuple[Action, ...]]
@@ -56,7 +56,7 @@ class CommonStep:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A change, and a run of both that shows it in its last step; `shortest`: it is proved that none is shorter."""
+    """A change, and a run of both whose last step shows it; `shortest`: no shorter run shows it, which is proved."""
 
     change: AnswerChange
     steps: tuple[CommonStep, ...]
@@ -65,7 +65,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Undecided:
-    """A change of which it is not known whether some run shows it, for this reason."""
+    """A change for which it is unknown whether some run shows it, and why it is unknown."""
 
     change: AnswerChange
     reason: str
@@ -73,7 +73,7 @@ class Undecided:
 
 @dataclass(frozen=True, slots=True)
 class PropertyChange:
-    """What is known of a property in OLD and in NEW: `holds`, `violated`, `unknown`; `none` where it is not there."""
+    """The verdict on a property in OLD and in NEW: `holds`, `violated`, `unknown`; `none` where it is not stated."""
 
     name: str
     old: str
@@ -93,9 +93,9 @@ class PropertyChange:
 
 @dataclass(frozen=True)
 class Compared:
-    """All that is known of what differs between two versions.
+    """The result of comparing two versions.
 
-    `files`: what OLD and NEW are called; `properties`: their properties files.
+    `files`: the names of OLD and NEW; `properties`: their properties; `judged`: the verdicts on those.
     """
 
     version: str
@@ -108,21 +108,21 @@ class Compared:
 
     @property
     def verdict(self) -> Literal["changed", "unknown", "same"]:
-        """`changed` if something is shown to differ, else `unknown` if something is not known."""
+        """`changed` if a difference is shown, else `unknown` if a change or a property is undecided, else `same`."""
         if self.differences or any(each.decided for each in self.judged):
             return "changed"
         return "unknown" if self.undecided or any(each.unknown for each in self.judged) else "same"
 
     @property
     def weaker(self) -> bool | None:
-        """Whether NEW launches what OLD refuses or lets wait; None if that is not known."""
+        """Whether NEW launches in some step what OLD rejects or leaves waiting; None if that is not known."""
         if any(each.change.weaker for each in self.differences):
             return True
         return None if any(each.change.weaker for each in self.undecided) else False
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is not compared, or only in part."""
+        """Sentences on what is not compared, or only in part."""
         alone = [
             f"{side} alone has {', '.join(self.versions.alone(number))}: what is answered about it is not compared, "
             "what it does to others is"

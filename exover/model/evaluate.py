@@ -1,4 +1,4 @@
-"""The value of a term and the truth of a condition in a state: the reference reading, slow and obvious."""
+"""The value of a term and the truth of a condition in a state: the reference evaluation, slow and obvious."""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -41,7 +41,7 @@ OPERATORS: dict[str, Callable[[Any, Any], bool]] = {
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """What names without a module stand for: `params` of the subject, `own` those of the clause's request."""
+    """The values of parameters: `params` are what `Param` reads, `own` what `Own` reads (`self.p`)."""
 
     params: Mapping[str, Value] = field(default_factory=dict)
     own: Mapping[str, Value] = field(default_factory=dict)
@@ -96,7 +96,7 @@ def share_of(model: Model, state: State, name: str, slot: Slot, resource: str) -
 
 
 def applies(model: Model, state: State, when: Cond | None, scope: Scope) -> bool:
-    """Return whether a clause with this `when` counts."""
+    """Return whether a clause with this `when` counts: it has none, or the condition holds."""
     return when is None or holds(model, state, when, scope)
 
 

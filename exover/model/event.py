@@ -10,7 +10,7 @@ ENDINGS: tuple[Ending, ...] = get_args(Ending)
 Args = tuple[Value, ...]
 """Arguments or results in the order of their declaration."""
 NO_RULES = ("busy", "superseded", "aborted", "abort")
-"""Reasons that answers give without a rule, in the order of docs/serve.md; no rule is called so."""
+"""Reasons in answers that are not names of rules, in the order of docs/serve.md; no rule may have these names."""
 INVALID_CODES = (
     "bad-event",
     "unknown-request",
@@ -23,12 +23,12 @@ INVALID_CODES = (
     "not-active",
     "nothing-to-abort",
 )
-"""Codes of `Invalid`, in the order of the language, which is that of docs/serve.md."""
+"""Codes of `Invalid`, in the order of docs/language.md and docs/serve.md."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """Run this request with these arguments."""
+    """The decisional level asks for this request with these arguments."""
 
     request: str
     args: Args = ()
@@ -36,7 +36,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """Slot `slot` of the request has ended; `results` are there iff the outcome is ok."""
+    """Slot `slot` of the request has ended; only the outcome ok has `results`, only failed may have a `status`."""
 
     request: str
     slot: int
@@ -67,7 +67,7 @@ class Abort:
 
 @dataclass(frozen=True, slots=True)
 class AbortWaiting:
-    """Give up what stands in the request's waiting place."""
+    """Give up what is in the request's waiting place."""
 
     request: str
 
@@ -77,9 +77,9 @@ Event = Ask | Report | Observe | Abort | AbortWaiting
 
 @dataclass(frozen=True, slots=True)
 class Launched:
-    """A slot starts to run; `rule` is the launch rule if it was required and starts at once.
+    """A slot starts to run; `rule` is the launch rule if this is a required launch that did not wait before.
 
-    Here and below, `launch_rule` is the launch rule that the request comes of, None if it was asked for.
+    Here and below, `launch_rule` is the launch rule that raised the request, None if it was asked for.
     """
 
     request: str
@@ -102,7 +102,7 @@ class Waits:
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """The request is refused; `rule` may also be `busy`, `superseded` or `aborted`, or `faulty` of compiled code."""
+    """The request is refused; `rule` may also be `busy`, `superseded` or `aborted`, and in compiled code `faulty`."""
 
     request: str
     rule: str
@@ -130,14 +130,14 @@ class Violated:
 
 @dataclass(frozen=True, slots=True)
 class Invalid:
-    """The event was not one; `code` is one of `INVALID_CODES`."""
+    """The event is invalid, or the reading of an `Observe` was broken; `code` is one of `INVALID_CODES`."""
 
     code: str
     detail: str = ""
 
     @property
     def is_unread(self) -> bool:
-        """Whether there was no event at all, rather than one that is invalid."""
+        """Whether the line held no event at all, as opposed to an invalid one."""
         return self.code == "bad-event"
 
 

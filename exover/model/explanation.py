@@ -1,4 +1,4 @@
-"""Why an event was answered so: what an explanation is made of."""
+"""The parts of an explanation: why an event was answered as it was."""
 
 from typing import Literal
 
@@ -11,7 +11,7 @@ Demand = Literal["nothing", "reject", "wait", "settle", "clear", "dismiss", "kil
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A comparison or predicate that made a condition true or false, and what it read: `nd.speed = 0.3`."""
+    """A comparison or predicate that made a condition true or false, and the values it read: `nd.speed = 0.3`."""
 
     condition: str
     holds: bool
@@ -29,9 +29,9 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True)
 class RuleVerdict:
-    """What one rule, guard, resource or launch rule said, in which imagined moment, and on which facts.
+    """The demand of one rule, guard, resource or launch rule, the supposed moment it was read in, and the facts.
 
-    `written`: its text in the spec, where that is at hand. `demand` is `nothing` where it did not object.
+    `written`: its text in the spec, None if the text is not at hand. `demand` is `nothing` if it did not object.
     """
 
     rule: str
@@ -46,7 +46,7 @@ class RuleVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """Why one action was taken, or none (`action` is None): the verdicts that decided, and those that did not."""
+    """Why one action was taken, or why none was (`action` is None): the verdicts that decided, and the others."""
 
     action: Action | None
     text: str
@@ -56,7 +56,7 @@ class Account:
 
 @dataclass(frozen=True, slots=True)
 class Counterfactual:
-    """Changes of the state or of the event, as few as possible, and the answer that they would have brought."""
+    """As few changes of the state or event as possible, in words, and the answer that there would have been."""
 
     changes: tuple[str, ...]
     actions: tuple[Action, ...]
@@ -64,7 +64,7 @@ class Counterfactual:
 
 @dataclass(frozen=True, slots=True)
 class CounterfactualSearch:
-    """The smallest changes that were found; `complete` iff all changes of up to `most` quantities were tried."""
+    """The smallest changes found, of `tried` ones; `complete` iff all changes of up to `most` quantities were tried."""
 
     turns: tuple[Counterfactual, ...]
     tried: int
@@ -74,11 +74,11 @@ class CounterfactualSearch:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """The last event of a stream (None: no event at all), its answer, why, and what would have turned it.
+    """The last event of a stream (None: there is none), its answer, why, and which changes would have altered it.
 
-    `search` is None where the event is invalid: it is to be written otherwise, and no state makes it right.
-    `unanswered`: refusals of required launches beside the actions, for the reasons of the last step: not told again.
-    `events`: how many of the lines were events, be they invalid.
+    `search` is None for an invalid event: no change of the state makes it valid.
+    `unanswered`: refusals of required launches that the answer omits, as the last step refused them for the same rule.
+    `events`: the number of events in the stream, invalid ones included.
     """
 
     step: int

@@ -17,14 +17,14 @@ Outcome = Literal["none", "ok", "failed", "interrupted"]
 
 @dataclass(frozen=True, slots=True)
 class Const:
-    """A constant; opposite a real it is already the double nearest to what was written."""
+    """A constant; compared with a real, it is already the double nearest to the literal."""
 
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A parameter of the subject: of the request whose clause this is, or inside `where` of the request named there.
+    """A parameter: inside `where` of the request that the predicate names, elsewhere of the clause's own request.
 
     In `Past.where` it may also be a returned value.
     """
@@ -41,7 +41,7 @@ class Own:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What the poster, module state or latch of this full name (`battery`, `nd.speed`) reads now."""
+    """The present value of the poster, module state or latch of this full name (`battery`, `nd.speed`)."""
 
     name: str
 
@@ -114,21 +114,21 @@ class Last:
 
 @dataclass(frozen=True, slots=True)
 class Not:
-    """The negation."""
+    """The negation of `part`."""
 
     part: "Cond"
 
 
 @dataclass(frozen=True, slots=True)
 class And:
-    """The conjunction; of nothing it is true."""
+    """The conjunction; the empty one is true."""
 
     parts: tuple["Cond", ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Or:
-    """The disjunction; of nothing it is false."""
+    """The disjunction; the empty one is false."""
 
     parts: tuple["Cond", ...]
 
@@ -140,7 +140,7 @@ FALSE = Or(())
 
 
 def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
-    """Yield the atoms of a condition in the order of the text; those inside a `where` are not looked into."""
+    """Yield the atoms of a condition in the order of the text, without those inside a `where`."""
     left = [cond]
     while left:
         part = left.pop()
@@ -156,7 +156,7 @@ def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
 
 
 def leaves(term: ModelTerm) -> Iterator[ModelTerm]:
-    """Yield the terms of which a term is a sum, itself if it is none."""
+    """Yield the summands of a sum, nested ones included; of any other term, the term itself."""
     match term:
         case Sum(_, parts):
             for _, part in parts:
@@ -166,7 +166,7 @@ def leaves(term: ModelTerm) -> Iterator[ModelTerm]:
 
 
 def operands(cond: Cond) -> Iterator[ModelTerm]:
-    """Yield every leaf term that the comparisons of a condition read, those inside a `where` left out."""
+    """Yield every leaf term of the comparisons of a condition, without those inside a `where`."""
     for atom in atoms(cond):
         if isinstance(atom, Compare):
             yield from leaves(atom.left)

@@ -1,4 +1,4 @@
-"""The numbers of what a model names: by them tables, runtimes and engines tell requests, readings and consumables."""
+"""Numbers of the requests, readings, consumables and slots of a model, as tables, runtimes and engines use them."""
 
 from functools import cached_property
 
@@ -20,13 +20,13 @@ class ModelIndex:
 
     @cached_property
     def typed_readings(self) -> tuple[tuple[str, Type], ...]:
-        """The names of what is read, with types, by number: posters and states, then the latches."""
+        """The names and types of the readings by number: posters and states, then the latches."""
         variables = ((variable.name, variable.type) for variable in self.model.variables)
         return (*variables, *((latch.name, Bool()) for latch in self.model.latches))
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
-        """The names of what is read by number."""
+        """The names of the readings by number."""
         return tuple(name for name, _ in self.typed_readings)
 
     @cached_property
@@ -46,7 +46,7 @@ class ModelIndex:
 
     @cached_property
     def slots(self) -> tuple[tuple[str, int], ...]:
-        """The slots by number: the request, and which of its slots."""
+        """The slots by number, each as the name of its request and its index there."""
         return tuple((request.name, slot) for request in self.model.requests for slot in range(request.instances))
 
     @cached_property
@@ -56,7 +56,7 @@ class ModelIndex:
 
     @cached_property
     def reading(self) -> dict[str, int]:
-        """The numbers of posters, states and latches by name."""
+        """The numbers of the readings (posters, states and latches) by name."""
         return _numbers(self.readings)
 
     @cached_property

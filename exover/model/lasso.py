@@ -1,4 +1,4 @@
-"""Runs that repeat themselves, of steps of any kind, and the shorter ones that their steps may make."""
+"""Lassos over steps of any kind, and candidates for shorter lassos made of the same steps."""
 
 from collections.abc import Callable, Collection, Hashable, Iterator
 from itertools import chain, combinations
@@ -8,38 +8,39 @@ from exover.dataclass import dataclass
 
 Step = TypeVar("Step", bound=Hashable)
 StepNumbers = frozenset[int]
-"""Steps of a run by number, in a lasso those of the loop after those of the stem."""
+"""A set of steps of a run by number; in a lasso the numbers of the loop follow those of the stem."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lasso(Generic[Step]):
-    """A run: these steps once, and those of the loop for ever."""
+    """A run: the steps of the stem once, then those of the loop for ever."""
 
     stem: tuple[Step, ...]
     loop: tuple[Step, ...]
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """Those of both."""
+        """The steps of the stem, then those of the loop."""
         return (*self.stem, *self.loop)
 
     @property
     def length(self) -> int:
-        """How many steps both have."""
+        """The number of steps of stem and loop together."""
         return len(self.stem) + len(self.loop)
 
     def without(self, dropped: Collection[int]) -> "Lasso[Step]":
-        """Return the lasso without these steps."""
+        """Return the lasso without the steps of these numbers."""
         turn = len(self.stem)
         kept = [(number, step) for number, step in enumerate(self.steps) if number not in dropped]
         return Lasso(tuple(s for n, s in kept if n < turn), tuple(s for n, s in kept if n >= turn))
 
 
 def related(lasso: Lasso[Step], subject: Callable[[Step], Hashable], paired: int) -> list[StepNumbers]:
-    """Return the steps that speak of the same, together and each two of them; of lassos of up to `paired` steps any
-    two; and each step.
+    """Return sets of steps that may be dropped together, without duplicates: first all steps of one subject (in the
+    whole lasso, in the stem, in the loop), then pairs of one subject, then single steps.
 
-    What one such step does another often undoes: only without both is there a lasso.
+    Any two steps are a pair if the lasso has at most `paired` steps. Two steps of one subject often undo each other,
+    and then only dropping both leaves a lasso.
     """
     about: dict[Hashable, list[int]] = {}
     for number, step in enumerate(lasso.steps):
@@ -56,9 +57,9 @@ def related(lasso: Lasso[Step], subject: Callable[[Step], Hashable], paired: int
 
 
 def moves(steps: tuple[Step, ...]) -> Iterator[tuple[int, int, tuple[Step, ...]]]:
-    """Yield the number of a step, that of one whose place it may have, and the steps with it there, not where it was.
+    """Yield `(i, j, steps)`: step i has replaced step j, and is gone from its own place, so there is one step less.
 
-    An observation before an ask, say, makes another step needless that kept the request waiting until then.
+    For example, an observation before an ask makes a step needless that kept the request waiting until then.
     """
     for place, replaced in enumerate(steps):
         for number, step in enumerate(steps):
@@ -68,9 +69,9 @@ def moves(steps: tuple[Step, ...]) -> Iterator[tuple[int, int, tuple[Step, ...]]
 
 
 def rearranged(lasso: Lasso[Step], subject: Callable[[Step], Hashable]) -> list[Lasso[Step]]:
-    """Return shorter lassos in which a step has the place of another, or whose loop begins earlier.
+    """Return shorter candidates: one step has replaced another (see `moves`), or the loop begins earlier.
 
-    No step of the stem comes into the loop: what has happened need not happen for ever.
+    No `moves` takes a step of the stem into the loop: what happened once need not happen for ever.
     """
     turn = len(lasso.stem)
     moved = [
@@ -82,9 +83,9 @@ def rearranged(lasso: Lasso[Step], subject: Callable[[Step], Hashable]) -> list[
 
 
 def _begun_earlier(lasso: Lasso[Step], subject: Callable[[Step], Hashable]) -> Iterator[Lasso[Step]]:
-    """Yield lassos whose loop begins earlier, with any of its steps; a step of the stem may be made one of the loop's.
+    """Yield lassos with a shorter stem and a rotated loop; one step of the stem may become a loop step of its subject.
 
-    Where a report of the stem has another outcome than in the loop, say, that alone often makes the loop begin late.
+    For example, a report whose outcome in the stem differs from that in the loop often makes the loop begin late.
     """
     stem, loop = lasso.stem, lasso.loop
     loops = [loop[turn:] + loop[:turn] for turn in range(len(loop))]

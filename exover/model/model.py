@@ -1,4 +1,4 @@
-"""The model of a spec: what is left of the text when names, types, shorthand and order are settled.
+"""The model of a spec: what the text means, with all names and types resolved and all shorthand spelled out.
 
 Everything stands in the order of the text. `place` numbers guards, consumptions and rules of the whole file in that
 order; the order of demands in a decision is the order of places (docs/language.md section 4).
@@ -23,7 +23,7 @@ class Location:
     column: int
 
     def __str__(self) -> str:
-        """Return it as messages have it."""
+        """Return `file:line:column`, as messages write it."""
         return f"{self.file}:{self.line}:{self.column}"
 
 
@@ -49,7 +49,7 @@ class Kill:
 
 @dataclass(frozen=True, slots=True)
 class KillSlot:
-    """Kill the slot that the rule speaks of (`fail when`)."""
+    """Kill the slot that the copy of the rule is for (`fail when`)."""
 
 
 Remedy = Reject | Wait | Kill | KillSlot
@@ -65,7 +65,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A poster or a module state, by its full name; `fallback`: what a poster takes for a broken reading."""
+    """A poster or a module state, by its full name; `fallback`: what replaces a broken reading of a poster."""
 
     name: str
     kind: Literal["poster", "state"]
@@ -77,7 +77,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Latch:
-    """A bool that its condition sets and a report ok of one of `resets` clears."""
+    """A bool that its condition sets and the report `ok` of a request in `resets` clears."""
 
     name: str
     condition: Cond
@@ -100,7 +100,7 @@ class Resource:
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """`uses` or `produces`: an amount of a resource, counted for the arguments that satisfy `when`."""
+    """`uses` or `produces`: an amount of a resource, counted iff the arguments satisfy `when`."""
 
     resource: str
     amount: int
@@ -121,7 +121,7 @@ class Consumption:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """`check`, `wait until` or `settle until`; `after` and `before` are checks too."""
+    """`check`, `wait until` or `settle until`; `after` and `before` become checks."""
 
     kind: Literal["check", "wait", "settle"]
     name: str
@@ -132,7 +132,7 @@ class Guard:
 
     @property
     def objection(self) -> Literal["reject", "wait", "settle"]:
-        """The verdict on a newcomer where its condition is false."""
+        """The verdict on a newcomer if the condition of the guard is false."""
         return "reject" if self.kind == "check" else self.kind
 
 
@@ -176,11 +176,11 @@ class Request:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """What its launch and its ends change."""
+        """The effects of its launch and of its reports, in this order."""
         return (*self.on_launch, *self.on_ok, *self.on_failed, *self.on_interrupted)
 
     def without_rules(self, names: Container[str]) -> "Request":
-        """Return the request as it is without the rules of these names: by one of them it may interrupt itself."""
+        """Return the request without the rules of these names: `interrupts_self` is unset if its rule is one of them."""
         itself = self.interrupts_self and interruption(self.name, self.name) in names
         return replace(self, interrupts_self=False) if itself else self
 
@@ -192,10 +192,10 @@ def interruption(owner: str, target: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """`forbid condition by remedies`, what every rule comes down to.
+    """`forbid condition by remedies`, the form to which every rule is reduced.
 
     With `slot_of`, one rule for each slot of that request: its F is that the slot is active and `condition` holds of
-    its arguments, which `Param` reads. Several rules may bear one name (the pairs of a mutex); they are one subject.
+    its arguments, which `Param` reads. Rules of one name (the pairs of a mutex) are one subject of the checks.
     """
 
     name: str
@@ -222,10 +222,10 @@ class Launch:
 
 @dataclass(frozen=True, slots=True)
 class SourceNames:
-    """Names of the spec that are gone from the rest of the model, for texts about it (properties) to use.
+    """Names of the spec that the rest of the model no longer has, kept because properties files may use them.
 
-    A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types;
-    `enums`: the values of those that have a name; `modules`: all, those without requests included.
+    A const is an int iff it is written as one; an enum value is its name. `enum_values`: the values of all enums;
+    `enums`: those of the named ones; `modules`: all modules, those without requests included.
     """
 
     consts: dict[str, Value] = field(default_factory=dict)
@@ -238,7 +238,10 @@ class SourceNames:
 
 @dataclass(frozen=True)
 class Model:
-    """A checked spec. Names are unique, everything they refer to exists, and `rules` stand in the order of places."""
+    """A checked spec. Names are unique, every name that is referred to exists, and `rules` are in the order of places.
+
+    `vocabulary` holds the names that only properties files use.
+    """
 
     name: str
     requests: tuple[Request, ...]
@@ -272,5 +275,5 @@ class Model:
         return {item.name: item.because for item in named}
 
     def text(self, clause: Consumption) -> str | None:
-        """Return the text of a clause that consumes: its own, which may be empty, else that of its resource."""
+        """Return the `because` text of a `consumes` clause: its own, which may be empty, else that of its resource."""
         return self.resource[clause.resource].because if clause.because is None else clause.because

@@ -1,7 +1,7 @@
-"""Properties of runs and assumptions on them: what a properties file says (docs/language.md section 8).
+"""Properties of runs and assumptions on runs: the content of a properties file (docs/language.md section 8).
 
-A property speaks of the moments of a run: the start, and the moment after each step. Its formula is over the closed
-core below; every form of the language is one of these formulas. CTL as in Clarke, Emerson 1981, LTL as in Pnueli 1977.
+A property is about the moments of a run: the start, and the moment after each step. Its formula uses the closed
+core below; every form of the language is translated to it. CTL as in Clarke, Emerson 1981, LTL as in Pnueli 1977.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from exover.model.expression import Cond
 from exover.model.model import NOWHERE, Location, Rule
 
 Label = tuple[str, ...]
-"""What a mark of the closed loop is called (`exover.loop.finite.program.Mark`)."""
+"""The label of a mark of the closed loop (`exover.loop.finite.program.Mark`)."""
 Occurrence = Literal["asked", "launched", "rejected", "killed", "ended"]
 Form = Literal[
     "never", "always", "possible", "always possible", "from possible", "leads to", "precedes", "until", "ctl", "ltl"
@@ -31,7 +31,7 @@ class Atom:
 class Happened:
     """The step that led to the moment asked, launched, rejected, killed or ended (reported) the request.
 
-    With arguments that satisfy `where`: those asked for, or those of the slot. At the start nothing has happened.
+    The arguments that were asked for, or those of the slot, satisfy `where`. At the start it is false.
     """
 
     occurrence: Occurrence
@@ -43,7 +43,7 @@ class Happened:
 class Passed:
     """The step that led to the moment passed a mark of the closed loop.
 
-    No properties file can say it; what the checks claim does. At the start nothing has been passed.
+    Only claims of checks contain it; a properties file cannot. At the start it is false.
     """
 
     label: Label
@@ -53,7 +53,7 @@ class Passed:
 class Broken:
     """The rule's F holds in the state of a moment; `once_stopped`: with the stopping slots taken as idle.
 
-    Of a rule for each slot of a request: for some active slot.
+    For a rule that stands for each slot of a request: F holds for some active slot.
     """
 
     rule: Rule
@@ -69,14 +69,14 @@ class Negation:
 
 @dataclass(frozen=True, slots=True)
 class Conjunction:
-    """All of `parts`; of nothing it is true."""
+    """The conjunction of `parts`; the empty one is true."""
 
     parts: tuple["Formula", ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Disjunction:
-    """One of `parts`; of nothing it is false."""
+    """The disjunction of `parts`; the empty one is false."""
 
     parts: tuple["Formula", ...]
 
@@ -119,7 +119,7 @@ class Until:
 
 
 Momentary = Atom | Happened | Passed | Broken
-"""An atom: what is true or false of one moment."""
+"""An atom: a formula without operators, true or false at one moment."""
 Formula = Momentary | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
 """A state formula of CTL (without `Next` and `Until`) or a path formula of LTL (without `Some…`)."""
 Temporal = SomeNext | SomeUntil | SomeAlways | Next | Until
@@ -131,10 +131,10 @@ FALSE = Disjunction(())
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """A named property; `formula` is of LTL iff `form` is `ltl`.
+    """A named property; `formula` is of LTL iff `form` is `ltl`, else of CTL.
 
-    `premise`: what must be true in some reachable moment, lest the property hold without saying anything; None where
-    the form has no premise. `text`: what the engineer wrote beside the name.
+    `premise`: must be true at some reachable moment, or the property holds vacuously; None if the form has none.
+    `text`: the string after the name, None if there is none.
     """
 
     name: str
@@ -147,7 +147,7 @@ class Property:
 
 @dataclass(frozen=True, slots=True)
 class Assumption:
-    """Only steps are looked at after which this formula, which has no temporal operator, is true."""
+    """The assumption that this formula, which has no temporal operator, is true after every step."""
 
     formula: Formula
     location: Location
@@ -155,9 +155,9 @@ class Assumption:
 
 @dataclass(frozen=True, slots=True)
 class Properties:
-    """What a properties file says; `fair`: every slot is, again and again, idle or being reported.
+    """The content of a properties file; `fair`: every slot is idle or being reported infinitely often.
 
-    `file`: its name, None if there is none.
+    `file`: the name of the file, None if there is none.
     """
 
     properties: tuple[Property, ...] = ()
@@ -165,14 +165,14 @@ class Properties:
     fair: bool = False
     file: str | None = field(default=None, compare=False)
     fair_at: Location = field(default=NOWHERE, compare=False)
-    """Where fair reports are assumed."""
+    """The place of `assume fair reports`."""
 
 
 NO_PROPERTIES = Properties()
 
 
 def formulas(properties: Properties) -> Iterator[Formula]:
-    """Yield the formulas of properties, their premises, and the assumptions."""
+    """Yield the formula and the premise of each property, then the formulas of the assumptions."""
     for each in properties.properties:
         yield each.formula
         if each.premise is not None:
@@ -182,7 +182,7 @@ def formulas(properties: Properties) -> Iterator[Formula]:
 
 
 def happened(properties: Properties) -> Iterator[Happened | Passed]:
-    """Yield the predicates on steps, in the order of the text."""
+    """Yield the atoms that are about steps (`Happened`, `Passed`), in the order of `formulas`."""
     for formula in formulas(properties):
         for atom in atoms(formula):
             if isinstance(atom, Happened | Passed):
@@ -210,7 +210,7 @@ def all_always(part: Formula) -> Formula:
 
 
 def all_until(left: Formula, right: Formula) -> Formula:
-    """Return `A [left U right]`: neither is `right` avoided for ever, nor `left` given up before it."""
+    """Return `A [left U right]`, as `not E [not right U (not left and not right)] and not EG not right`."""
     neither = Conjunction((Negation(left), Negation(right)))
     return Conjunction((Negation(SomeUntil(Negation(right), neither)), Negation(SomeAlways(Negation(right)))))
 
@@ -231,7 +231,7 @@ def implies(left: Formula, right: Formula) -> Formula:
 
 
 def parts_of(formula: Formula) -> tuple[Formula, ...]:
-    """Return the formulas of which a formula is made."""
+    """Return the operands of a formula; an atom has none."""
     match formula:
         case Atom() | Happened() | Passed() | Broken():
             return ()
@@ -251,12 +251,12 @@ def atoms(formula: Formula) -> Iterator[Momentary]:
 
 
 def subformulas(formula: Formula) -> Iterator[Formula]:
-    """Yield a formula and all that it is made of, in the order of the text, each before those within it."""
+    """Yield a formula and its subformulas in the order of the text, each before its own parts (preorder)."""
     yield formula
     for part in parts_of(formula):
         yield from subformulas(part)
 
 
 def momentary(formula: Formula) -> bool:
-    """Return true iff a formula has no temporal operator."""
+    """Return True iff a formula has no temporal operator."""
     return not isinstance(formula, Temporal) and all(map(momentary, parts_of(formula)))

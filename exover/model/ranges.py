@@ -1,7 +1,7 @@
-"""Comparisons that are decided whatever happens.
+"""Comparisons that have the same truth value in every state.
 
-They are so by ranges, as `wind > 99` of a wind in 0 .. 60, `used(power) > 80` where all users together have 60, or
-`wind in 5 .. 3`, or by what is ever set, as `place == cabin` of a state of a module that no clause sets to it.
+The ranges decide them: `wind > 99` for a wind in 0 .. 60, `used(power) > 80` if all users together have 60, and
+`wind in 5 .. 3`; or the values that are ever set: `place == cabin` for a module state that no clause sets to `cabin`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -38,23 +38,22 @@ Types = Mapping[str, Type]
 
 @dataclass(frozen=True, slots=True)
 class FixedComparison:
-    """A comparison that is `truth` whatever happens, and why: the ranges of what it reads, in words."""
+    """A comparison that has the value `truth` in every state; `ranges` says in words why."""
 
     comparison: str
     truth: bool
     ranges: str
 
     def __str__(self) -> str:
-        """Return it as part of a sentence."""
+        """Return a clause for messages that says what is decided and why."""
         return f"`{self.comparison}` is {str(self.truth).lower()} whatever happens: {self.ranges}"
 
 
 def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
-    """Yield ranges that hold nothing, then the comparisons of numbers that ranges decide, and those of a module state
-    with a constant that the values decide which it starts with and is set to, in the order of the text, those inside
-    `with` included.
+    """Yield the empty ranges, then the comparisons of numbers that ranges decide and those of a module state with a
+    constant that the values decide which the state can have, in the order of the text, those inside `with` included.
 
-    `params`: those that the condition may read. A comparison of constants is not one: it decides itself.
+    `params`: the parameters that the condition may read. Comparisons of two constants are not yielded.
     """
     yield from _in_condition(model, cond, {param.name: param.type for param in params}, {})
 
@@ -76,7 +75,7 @@ def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterato
 
 
 def _empty(cond: Cond) -> Iterator[FixedComparison]:
-    """Yield the ranges that hold nothing: `x in 5 .. 3` stands in a model as what it means, `x >= 5 and x <= 3`."""
+    """Yield the empty ranges; the model spells out `x in 5 .. 3` as `x >= 5 and x <= 3`."""
     match cond:
         case And(
             (Compare(">=", low, Const(int() | float() as least)), Compare("<=", high, Const(int() | float() as most)))
@@ -96,7 +95,10 @@ def _empty(cond: Cond) -> Iterator[FixedComparison]:
 
 
 def _of_state(model: Model, atom: Compare) -> FixedComparison | None:
-    """Return a comparison of a module state with a constant if it is decided by the values that the state can have."""
+    """Return a comparison of a module state with a constant if all values that the state can have decide it alike.
+
+    These are its initial value and those that `on` clauses set.
+    """
     match atom.left, atom.right:
         case (Reading(name), Const(value)) | (Const(value), Reading(name)) if name in model.variable:
             variable = model.variable[name]
@@ -135,12 +137,12 @@ def _decided(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComp
 
 
 def _slots(request: Request) -> int:
-    """Return how many slots of a request a rule may see active: a newcomer that interrupts others is one more."""
+    """Return how many slots of a request may count as active: one more if a newcomer may interrupt its own request."""
     return request.instances + request.interrupts_self
 
 
 def _span(model: Model, leaf: ModelTerm, own: Types, outer: Types) -> tuple[Number, Number] | None:
-    """Return the least and the greatest value of a term, None if it is no number or has no bounds that are known."""
+    """Return the least and the greatest value of a term, for a real without bounds infinities; None for no number."""
     match leaf:
         case Reading(name):
             kind = model.variable[name].type if name in model.variable else None
@@ -181,7 +183,10 @@ def _ends(term: ModelTerm, ranges: Mapping[ModelTerm, tuple[Number, Number]]) ->
 
 
 def _truth(operator: str, left: tuple[Number, Number], right: tuple[Number, Number]) -> bool | None:
-    """Return the truth value of a comparison of any numbers of two ranges, None if it has both."""
+    """Return the truth value that a comparison has for all numbers of two ranges, None if not all agree.
+
+    Equality of two ranges of one same number is not decided: None.
+    """
     (low, high), (least, most) = left, right
     apart = high < least or most < low
     match operator:

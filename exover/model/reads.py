@@ -1,4 +1,4 @@
-"""What a condition reads, by name: the ground of `rules in question`, of triggers and of cones of influence."""
+"""What a condition reads, by name: used for the rules in question, for wakeups and for cones of influence."""
 
 from dataclasses import dataclass  # that of exover has no order
 from typing import Literal
@@ -24,14 +24,16 @@ from exover.model.model import Effect, Forget, Model, Request, Rule, SetState
 
 @dataclass(frozen=True, slots=True, order=True)
 class Read:
-    """One thing that a condition names: a request's activity, its past or its last outcome, a resource, a reading."""
+    """One thing that a condition reads: whether a request is active or waiting, its past or its last outcome, the used
+    amount or the level of a resource, or a reading.
+    """
 
     kind: Literal["active", "waiting", "past", "last", "used", "level", "reading"]
     name: str
 
 
 def reads(cond: Cond) -> frozenset[Read]:
-    """Return everything that a condition names, whatever the arguments; also the posters inside a `where`."""
+    """Return everything that a condition reads, inside `where` too; parameters are not counted."""
     found: set[Read] = set()
     for atom in atoms(cond):
         match atom:
@@ -60,13 +62,13 @@ def reads(cond: Cond) -> frozenset[Read]:
 
 
 def rule_reads(rule: Rule) -> frozenset[Read]:
-    """Return what the F of a rule names; a rule for each slot of a request names that request's activity."""
+    """Return what the F of a rule reads; a rule for each slot of a request also reads whether that is active."""
     own = frozenset({Read("active", rule.slot_of)}) if rule.slot_of else frozenset()
     return reads(rule.condition) | own
 
 
 def changes(effects: tuple[Effect, ...]) -> frozenset[Read]:
-    """Return what `on` clauses change."""
+    """Return what the effects of `on` clauses change."""
     found: set[Read] = set()
     for effect in effects:
         match effect:
@@ -78,7 +80,7 @@ def changes(effects: tuple[Effect, ...]) -> frozenset[Read]:
 
 
 def launching(request: Request) -> frozenset[Read]:
-    """Return what launching the request changes: a rule that names one of these is in question when it is decided."""
+    """Return what launching the request changes; a rule whose F reads one of these is in question for it."""
     return (
         frozenset({Read("active", request.name)})
         | {Read("used", share.resource) for share in request.shares}
@@ -93,7 +95,9 @@ def users(model: Model, resource: str) -> tuple[str, ...]:
 
 
 def needs(cond: Cond, model: Model) -> frozenset[str] | None:
-    """Return requests of which at least one is active wherever the condition holds; None if it may hold without any."""
+    """Return requests of which at least one is active in each state where the condition holds; None if the form of the
+    condition shows none.
+    """
     match cond:
         case Status("waiting", _, _):
             return None
@@ -114,7 +118,7 @@ def needs(cond: Cond, model: Model) -> frozenset[str] | None:
 
 
 def in_question(model: Model) -> dict[str, tuple[Rule, ...]]:
-    """Return for every request the rules whose F names what launching it changes, in the order of the text."""
+    """Return for each request the rules whose F reads something that its launch changes, in the order of the text."""
     naming: dict[Read, list[Rule]] = {}
     for rule in model.rules:
         for read in rule_reads(rule):

@@ -1,4 +1,4 @@
-"""Steps that a black box recorded, beside what the reference interpreter answers."""
+"""Steps that a black box recorded, each with the answer of the reference interpreter."""
 
 from exover.dataclass import dataclass
 from exover.model.event import Event, Invalid
@@ -7,7 +7,7 @@ from exover.model.wire import Json
 
 @dataclass(frozen=True, slots=True)
 class BareAction:
-    """An answer without arguments, by which that of a box and that of the reference are compared."""
+    """An action without arguments and texts; answers of a box and of the reference are compared in this form."""
 
     verb: str
     request: str | None = None
@@ -18,10 +18,10 @@ class BareAction:
 
 @dataclass(frozen=True, slots=True)
 class Replayed:
-    """A step: its number, its event as JSON and as it was read, what the box says, and what the reference answers.
+    """A step: its number, its event as JSON and as it was read, the recorded answer and that of the reference.
 
-    `recorded` is None if the step was not answered, `expected` if the reference cannot be asked; `fault` is what the
-    checker had found by then.
+    `recorded` is None if the step was not answered, `expected` if the reference has no answer; `fault` is the fault
+    that the checker had detected by then, None if none.
     """
 
     number: int
@@ -33,5 +33,5 @@ class Replayed:
 
     @property
     def agrees(self) -> bool:
-        """Whether the step was answered, without a fault, and not otherwise than the reference does."""
+        """Whether the step was answered, without a fault, and as the reference answers, if that is known."""
         return self.recorded is not None and self.fault is None and self.expected in (None, self.recorded)

@@ -1,4 +1,4 @@
-"""What a formula says of one run that repeats itself, moment by moment (Pnueli 1977), as far as answers tell."""
+"""The truth of a formula at each moment of a lasso (Pnueli 1977), as far as the answers show it."""
 
 from collections.abc import Sequence
 
@@ -27,11 +27,14 @@ from exover.model.state import State
 from exover.model.trace import Answers
 
 Moments = frozenset[int]
-"""Moments of a run by number: the start is 0, that after step n is n."""
+"""A set of moments of a run by number: the start is 0, the moment after step n is n."""
 
 
 def moments_of(reference: Reference, stem: Sequence[Event], loop: Sequence[Event]) -> "RunMoments | None":
-    """Return the moments of a lasso whose loop is followed twice, for good the second time; None if it is none."""
+    """Return the moments of the lasso `stem loop loop`, whose second loop is repeated for ever.
+
+    None if these events are no lasso: the loop is empty, an event is invalid, or the loop does not lead back.
+    """
     if not loop:
         return None
     events = (None, *stem, *loop, *loop)
@@ -51,7 +54,7 @@ def moments_of(reference: Reference, stem: Sequence[Event], loop: Sequence[Event
 
 @dataclass(frozen=True, slots=True)
 class RunMoments:
-    """The moments of a run, the start first; after the last that of `back` comes again."""
+    """The moments of a lasso, the start first; the successor of the last one is the moment number `back`."""
 
     reference: Reference
     events: Sequence[Event | None]
@@ -60,7 +63,7 @@ class RunMoments:
     back: int
 
     def is_fair(self) -> bool:
-        """Return whether every slot is idle or reported somewhere in what is repeated."""
+        """Return whether every slot is idle or reported at some moment of the loop."""
         repeated = range(self.back, len(self.states))
         reported = {(e.request, e.slot) for e in map(self.events.__getitem__, repeated) if isinstance(e, Report)}
         return all(
@@ -70,8 +73,8 @@ class RunMoments:
         )
 
     def where(self, formula: Formula, sure: bool = True) -> Moments:
-        """Return the moments from which a formula is true of the run, or if not `sure` may be: answers do not tell
-        everything. What a formula says of some run it says of this one.
+        """Return the moments at which a formula is true, or if not `sure`, may be true, for answers do not show
+        everything. `SomeNext` and its like are read on this one run, as if there were no other.
         """
         everywhere = frozenset(range(len(self.states)))
         match formula:
@@ -97,21 +100,21 @@ class RunMoments:
                 return self._now(formula, sure)
 
     def _before(self, moments: Moments) -> Moments:
-        """Return the moments one step before some."""
+        """Return the predecessors of these moments."""
         last = {len(self.states) - 1} if self.back in moments else set[int]()
         return frozenset(k - 1 for k in moments if k) | last
 
     def _now(self, formula: Formula, sure: bool) -> Moments:
-        """Return the moments in which an atom is true."""
+        """Return the moments at which an atom is true, or if not `sure`, true or unknown."""
         wanted = (True,) if sure else (True, None)
         moments = enumerate(zip(self.events, self.states, self.answers, strict=True))
         return frozenset(k for k, moment in moments if is_true(self.reference.model, *moment, formula) in wanted)
 
 
 def is_true(model: Model, event: Event | None, after: State, actions: Answers, formula: Formula) -> bool | None:
-    """Return whether a formula of one moment is true after a step; None where actions do not tell.
+    """Return whether a formula without temporal operators is true after a step; None if the actions do not show it.
 
-    At the start there is no event.
+    `event` is None at the start.
     """
 
     def truth(part: Formula) -> bool | None:

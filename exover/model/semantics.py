@@ -32,7 +32,7 @@ from exover.model.state import Place, Slot, SlotId, State, resting
 
 @dataclass(frozen=True)
 class Step:
-    """A state, the actions taken in this step so far, and what the step remembers until it ends."""
+    """A step under way: the state, the actions so far, and what has to be remembered until the step ends."""
 
     state: State
     actions: tuple[Action, ...] = ()
@@ -123,7 +123,7 @@ class Reference(Decisions):
         return step
 
     def _refuse(self, step: Step, name: str, reason: Reason, required: Launch | None) -> Step:
-        """Reject a newcomer; without a word if it is a required launch that the last step refused for the same rule."""
+        """Reject a newcomer; no action if it is a required launch that the last step refused for the same rule."""
         if required is None:
             return step.so(step.state, Rejected(name, reason.rule, reason.because))
         known = step.state.refused.get(required.name)
@@ -133,11 +133,11 @@ class Reference(Decisions):
         return step.so(step.state, Rejected(name, reason.rule, reason.because, required.name))
 
     def _reject(self, step: Step, name: str, decision: Decision) -> Step:
-        """Reject what stands in the waiting place and was decided again."""
+        """Reject what is in the waiting place and was decided again."""
         return self._give_up(step, name, decision.reason or BUSY)
 
     def _give_up(self, step: Step, name: str, reason: Reason) -> Step:
-        """Reject what stands in the waiting place of a request, if something does."""
+        """Reject what is in the waiting place of a request, if it is taken."""
         place = step.state.places[name]
         if not place:
             return step
@@ -155,7 +155,7 @@ class Reference(Decisions):
     ) -> Step:
         """Carry out a decision that is no rejection: kill, take the waiting place, or launch.
 
-        `launch_rule`: what the request comes of; `required`: the same, if it is tried now.
+        `launch_rule`: the origin of the request; `required`: its launch rule, if that requires it in this step.
         """
         name = request.name
         for slot, reason in decision.kills:
@@ -179,7 +179,9 @@ class Reference(Decisions):
         return step
 
     def _end(self, state: State, report: Report) -> State:
-        """Return the state after a report: the slot idle, outcome, past and products noted, `on` clauses applied."""
+        """Return the state after a report: the slot is idle; `last` is set; if `ok`, the past is set and `produces`
+        clauses are applied; then the `on` clauses are.
+        """
         request = self.model.request[report.request]
         slot = state.slots[report.request][report.slot]
         assert slot is not None, "validated"

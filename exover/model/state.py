@@ -21,9 +21,9 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A waiting place that is taken; `clearing` iff the way of what stands in it is being cleared.
+    """A waiting place that is taken; it is `clearing` or else waiting.
 
-    `launch_rule` put it there, None if it was asked for; answers name it, and no decision reads it.
+    `launch_rule` is the origin, None if it was asked for; answers name it, and no decision depends on it.
     """
 
     clearing: bool
@@ -37,9 +37,9 @@ SlotId = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Everything that an answer depends on; an idle slot and an empty place are None, a past that is none too.
+    """Everything that an answer depends on; an idle slot, an empty waiting place and a missing past are None.
 
-    States are equal iff every decision is the same in both: what only the words of answers depend on is not compared.
+    Equal states have the same decisions: equality ignores `refused` and origins, which no decision depends on.
     """
 
     slots: dict[str, tuple[Slot | None, ...]]
@@ -50,7 +50,7 @@ class State:
     """Posters, module states and latches by full name."""
     levels: dict[str, int]
     held: frozenset[SlotId] = frozenset()
-    """The slots that are not idle; told by `slots`, but found at once."""
+    """The slots that are not idle: redundant with `slots`, kept for speed."""
     refused: dict[str, str] = field(default_factory=dict, compare=False)
     """The launch rules that the last step tried and refused, each with the rule that refused it."""
 
@@ -60,7 +60,7 @@ class State:
         return tuple(tuple(part.values()) for part in parts)
 
     def with_slot(self, slot: SlotId, content: Slot | None) -> "State":
-        """Return the state with this slot so; an index one past the last adds a slot."""
+        """Return the state with this content of a slot; an index one past the last adds a slot."""
         name, index = slot
         before = self.slots[name]
         slots = {**self.slots, name: (*before[:index], content, *before[index + 1 :])}
@@ -69,11 +69,11 @@ class State:
         return State(slots, *rest, held, self.refused)  # `replace` takes three times as long
 
     def with_place(self, request: str, place: Place | None) -> "State":
-        """Return the state with this waiting place so."""
+        """Return the state with this waiting place of a request."""
         return replace(self, places={**self.places, request: place})
 
     def with_reading(self, name: str, value: Value) -> "State":
-        """Return the state in which a poster, state or latch reads `value`."""
+        """Return the state in which a poster, module state or latch has this value."""
         return replace(self, readings={**self.readings, name: value})
 
     def with_level(self, resource: str, level: int) -> "State":
@@ -85,7 +85,7 @@ class State:
         return replace(self, past={**self.past, request: values})
 
     def unrefused(self) -> "State":
-        """Return the state after which every refusal of a required launch is new, and so is answered."""
+        """Return the state without remembered refusals, so that the next step answers every refusal."""
         return replace(self, refused={})
 
     def idle(self, slots: Iterable[SlotId]) -> "State":
@@ -100,12 +100,12 @@ class State:
         return self.idle(slot for slot in self.held if self.phase(slot) == "stopping")
 
     def phase(self, slot: SlotId) -> Literal["idle", "running", "stopping"]:
-        """Return what a slot does."""
+        """Return the phase of a slot."""
         content = self.slots[slot[0]][slot[1]]
         return content.phase if content else "idle"
 
     def find(self, wanted: Callable[[Slot], bool], requests: Iterable[str] | None = None) -> list[SlotId]:
-        """Return the slots that are not idle and wanted, of all requests or of the listed ones in that order."""
+        """Return the active slots whose content is `wanted`, of all requests or of the listed ones in that order."""
         names = self.slots if requests is None else requests
         return [(name, i) for name in names for i, slot in enumerate(self.slots[name]) if slot and wanted(slot)]
 
@@ -123,7 +123,7 @@ class State:
 
 
 def resting(model: Model) -> State:
-    """Return the initial state with every latch still clear: all idle, nothing waits, no past, initial values."""
+    """Return the initial state but with every latch clear: all idle, nothing waits, no past, initial values."""
     return State(
         slots={request.name: (None,) * request.instances for request in model.requests},
         places={request.name: None for request in model.requests},

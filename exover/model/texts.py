@@ -1,4 +1,4 @@
-"""Events and actions as JSON texts, the same as `json.dumps` of their objects, from templates that are made once."""
+"""Events and actions as JSON texts, equal to `json.dumps` of their objects, made from cached templates."""
 
 import json
 from collections.abc import Callable, Hashable, Iterable
@@ -11,13 +11,13 @@ from exover.model.types import Value
 from exover.model.wire import action_json, event_json, number
 
 HOLE = "\0"
-"""Stands for a value in a template; no name of the language is it."""
+"""Stands for a value in a template; no name of the language contains it."""
 encode = json.JSONEncoder(ensure_ascii=False).encode
 _HOLE = encode(HOLE)
 
 
 class WireTexts:
-    """The texts of the events and actions of one model. What they say but for values is one of few things."""
+    """The texts of the events and actions of one model, by a template for each event or action without its values."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -49,7 +49,10 @@ class WireTexts:
     def _filled(
         self, key: Hashable, values: Args, json_of: Callable[[Model, Any], Any], said: Any, name: str = ""
     ) -> str:
-        """Return the text of what is said, whose values are called `name`; `key`: what it says but for them."""
+        """Return the text of `json_of(said)`, where the field `name` of `said` holds `values`.
+
+        `key` identifies the template: equal for what differs only in these values. Without `name` there are none.
+        """
         template = self._templates.get(key)
         if template is None:
             open_one = replace(said, **{name: (HOLE,) * len(values)}) if name else said

@@ -1,4 +1,4 @@
-"""Concrete runs: what happened step by step, and whether it happens again on an engine."""
+"""Traces: concrete runs step by step, and their replay on an engine."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -25,8 +25,8 @@ class Moment:
 class Trace:
     """A run from the initial state.
 
-    With `loop_start` it is a lasso: after the last moment the state is as it was before `moments[loop_start]`, and the
-    run goes on for ever with the moments from there to the last, again and again; at least one moment is repeated.
+    With `loop_start` it is a lasso: the state after the last moment equals that before `moments[loop_start]`, and the
+    moments from there to the last, at least one, are repeated for ever.
     """
 
     moments: tuple[Moment, ...]
@@ -39,7 +39,10 @@ class Trace:
 
 
 def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None = None) -> Trace:
-    """Return the run that these events have on the reference interpreter, which must close its lasso if it is one."""
+    """Return the trace of these events on the reference interpreter.
+
+    Raises `ValueError` if there is a `loop_start` and the last state is not equal to the one there.
+    """
     states, moments = [reference.start()], []
     for event in events:
         state, actions = reference.step(states[-1], event)
@@ -56,7 +59,7 @@ def end_of(reference: Reference, events: Iterable[Event]) -> State:
 
 
 def visited(reference: Reference, events: Iterable[Event]) -> Iterator[State]:
-    """Yield the states of a run on the reference interpreter: the start, and that after each event."""
+    """Yield the states of a run on the reference interpreter: the initial one, and the one after each event."""
     state = reference.start()
     yield state
     for event in events:
@@ -65,15 +68,15 @@ def visited(reference: Reference, events: Iterable[Event]) -> Iterator[State]:
 
 
 def same(trace: Trace, replay: Replay) -> bool:
-    """Return whether an engine answers the events of the trace as the trace says, action by action."""
+    """Return whether an engine answers the events of the trace with exactly its actions."""
     return replay(trace.events) == tuple(moment.actions for moment in trace.moments)
 
 
 class Disagreement(Exception):
-    """Two engines answer one run, or one question, differently: a fault of this program, never of a spec."""
+    """Two engines answer one run or one question differently: a fault of this program, never of a spec."""
 
 
 def confirm(trace: Trace, engine: str, replay: Replay) -> None:
-    """Raise `Disagreement` unless an engine answers the trace as it says."""
+    """Raise `Disagreement` unless an engine answers the events of the trace with exactly its actions."""
     if not same(trace, replay):
         raise Disagreement(f"{engine} answers a run of {len(trace.moments)} steps otherwise than the reference")

@@ -56,7 +56,7 @@ def contains(kind: Type, value: Value) -> bool:
 
 
 def least(kind: Type) -> Value:
-    """Return the first value of a domain; of the doubles without a lower bound 0, or the upper one if that is less."""
+    """Return the first value of a domain; of a real without a lower bound, `min(0, high)`."""
     match kind:
         case Real(low, high):
             return low if math.isfinite(low) else min(0.0, high)
@@ -71,7 +71,7 @@ def least(kind: Type) -> Value:
 
 
 def ordinal(kind: Type, value: Value) -> int:
-    """Return the integer that stands for a value of a bool, int or enum; a real has none and raises `TypeError`."""
+    """Return the integer that encodes a value of a bool, int or enum; raises `TypeError` for a real."""
     match kind:
         case Bool() | Int():
             return int(value)
@@ -84,7 +84,7 @@ def ordinal(kind: Type, value: Value) -> int:
 
 
 def from_ordinal(kind: Type, number: int) -> Value:
-    """Return the value of a bool, int or enum that `number` stands for; inverse of `ordinal`."""
+    """Return the value of a bool, int or enum that `number` encodes: the inverse of `ordinal`."""
     match kind:
         case Bool():
             return bool(number)
@@ -99,9 +99,9 @@ def from_ordinal(kind: Type, number: int) -> Value:
 
 
 def plain(low: float, high: float) -> float | None:
-    """Return a double strictly between two, one with few digits where there is one; None iff there is none.
+    """Return a double strictly between two, preferably one with few digits; None iff there is none.
 
-    An end may be infinite; the double is then near the other end, or near 0 if both are.
+    It is looked for around the middle. An infinite `low` counts as `min(high, 0) - 2`, `high` as `max(low, 0) + 2`.
     """
     start = low if math.isfinite(low) else min(high, 0.0) - 2
     end = high if math.isfinite(high) else max(low, 0.0) + 2

@@ -1,7 +1,4 @@
-"""Two versions of a spec, and what is the same thing in both: requests by name, renamed ones, what they read and take.
-
-`OLD` and `NEW` are what texts call them.
-"""
+"""Two versions of a spec, OLD and NEW, and which requests, variables and consumables correspond to each other."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
@@ -16,14 +13,14 @@ SIDES = ("OLD", "NEW")
 
 @dataclass(frozen=True)
 class Versions:
-    """Two models, and which requests of OLD are called otherwise in NEW."""
+    """Two models; `renamed` maps the names of requests in OLD to other names in NEW."""
 
     old: Model
     new: Model
     renamed: Mapping[str, str] = field(default_factory=dict)
 
     def called(self, request: str) -> str:
-        """Return what a request of OLD would be called in NEW."""
+        """Return the name in NEW of a request of OLD, whether NEW has it or not."""
         return self.renamed.get(request, request)
 
     @cached_property
@@ -34,17 +31,17 @@ class Versions:
 
     @cached_property
     def was_called(self) -> Mapping[str, str]:
-        """By name in NEW the name in OLD, of the requests that both have."""
+        """The name in OLD for each name in NEW, of the requests that both have."""
         return {new.name: old.name for old, new in self.requests}
 
     @cached_property
     def variables(self) -> tuple[tuple[Variable, Variable], ...]:
-        """The posters and states that both have."""
+        """The posters and states of one name in both, in the order of NEW."""
         known = self.old.variable
         return tuple((known[each.name], each) for each in self.new.variables if each.name in known)
 
     def alone(self, side: int) -> tuple[str, ...]:
-        """Return the requests, posters and consumables that OLD (0) or NEW (1) alone has, in the order of its text."""
+        """Return the requests, posters and consumables that only OLD (side 0) or only NEW (1) has, in this order."""
         mine, other = (self.old, self.new)[:: 1 if side == 0 else -1]
         both = {pair[side].name for pair in self.requests}
         posters = [each.name for each in mine.variables if each.kind == "poster" and each.name not in other.variable]
@@ -54,7 +51,7 @@ class Versions:
     # ---- what cannot be compared ----
 
     def clashes(self) -> Iterator[str]:
-        """Yield why the two cannot be compared; nothing if they can be."""
+        """Yield the reasons why the two cannot be compared, none if they can be."""
         if not self.requests:
             yield "they have no request in common; --rename OLD=NEW says which request is which"
         for old, new in self.requests:
@@ -67,7 +64,7 @@ class Versions:
                 yield f"{one.name} is {type_text(one.type)} in OLD and {type_text(other.type)} in NEW"
 
     def narrowed(self) -> Iterator[str]:
-        """Yield which values are not compared since one version alone takes them."""
+        """Yield a text for each type or list of statuses that differs: what is compared are the common values."""
         for old, new in self.requests:
             for one, other in (*_by_name(old.params, new.params), *_by_name(old.results, new.results)):
                 yield from _narrowed(f"{new.name}.{other.name}", one.type, other.type)

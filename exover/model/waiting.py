@@ -1,11 +1,11 @@
-"""Which requests may come to wait, as far as the rules tell by their form."""
+"""Which requests may come to wait, judged by the form of guards, resources and rules: an over-approximation."""
 
 from exover.model.model import Kill, KillSlot, Model, Request, Rule, Wait
 from exover.model.reads import in_question
 
 
 def may_wait(model: Model) -> frozenset[str]:
-    """Return the requests that can come to their waiting places."""
+    """Return the requests that may come into their waiting places."""
     asked = in_question(model)
     return frozenset(each.name for each in model.requests if _may_wait(model, each, asked[each.name]))
 
@@ -20,15 +20,15 @@ def _may_wait(model: Model, request: Request, rules: tuple[Rule, ...]) -> bool:
 
 
 def may_wait_for(request: Request, rule: Rule) -> bool:
-    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it, such as another
-    slot of its own.
+    """Return whether a request may come to wait for a rule: a remedy is `wait`, or kills slots other than the
+    newcomer's, be they of the same request.
     """
     beside_its_own = request.instances > 1 or request.interrupts_self
     return Wait() in rule.remedies or any(name != request.name or beside_its_own for name in killed(rule))
 
 
 def killed(rule: Rule) -> frozenset[str]:
-    """Return the requests that a remedy of the rule ends."""
+    """Return the requests that the remedies of the rule kill."""
     found: set[str] = set()
     for remedy in rule.remedies:
         match remedy:

@@ -1,4 +1,4 @@
-"""Events and answers as JSON lines, written (docs/language.md section 7); `wire_reading` reads them."""
+"""Writing events and answers as JSON lines (docs/language.md section 7); `wire_reading` reads them."""
 
 import json
 import math
@@ -26,20 +26,20 @@ from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 
 MAX_DIGITS = 400
-"""Digits of the longest integer that is read exactly; the largest double has 309, so a longer one is in no domain."""
+"""Characters of the longest integer that is read exactly; the largest double has 309 digits, so no domain has more."""
 WHOLE = 10**16
-"""Below it a whole double is printed like an integer; above it Python prints an exponent and no fraction."""
+"""Below it a whole double is printed as an integer; from it on Python prints an exponent and no fraction."""
 
 Json = dict[str, Any]
 
 
 def number(value: float) -> int | float:
-    """Return the number that JSON prints for a double: whole ones have no fraction, so 2 for 2.0 and 0 for -0.0."""
+    """Return the number that JSON prints for a double: an int if it is whole and below `WHOLE`, so 0 for -0.0."""
     return int(value) if abs(value) < WHOLE and value.is_integer() else value
 
 
 def as_double(number: int | float | Decimal) -> float:
-    """Return the double nearest to a number, an infinity if it is beyond the largest."""
+    """Return the double nearest to a number, never -0.0; an infinity if it is beyond the largest."""
     try:
         return float(number) + 0.0  # -0.0 becomes 0.0
     except OverflowError:
@@ -47,12 +47,12 @@ def as_double(number: int | float | Decimal) -> float:
 
 
 def indented(found: object) -> str:
-    """Return an object as text on several lines with a final newline; it is strict JSON, without NaN and infinities."""
+    """Return an object as indented JSON with a final newline; raises `ValueError` for NaN and infinities."""
     return escaped(json.dumps(found, ensure_ascii=False, allow_nan=False, indent=1)) + "\n"
 
 
 def escaped(text: str) -> str:
-    """Return a JSON text as UTF-8 can carry it: lone surrogates, which a string may hold, as `\\udxxx`."""
+    """Return a JSON text that UTF-8 can encode: lone surrogates, which a string may hold, become `\\udxxx`."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
@@ -93,7 +93,7 @@ def _origin(launch_rule: str | None) -> Json:
 def event_json(model: Model, event: Event) -> Json:
     """Return an event as an object that `read_event` reads as this event.
 
-    The broken reading that an `Observe` stands for is lost; another one of the poster's type takes its place.
+    A broken `Observe` no longer has its reading; some value outside the poster's range is written instead.
     """
     match event:
         case Ask(name, args):
@@ -124,7 +124,7 @@ def _plain(value: Value) -> Value:
 
 
 def _outside(kind: Type) -> int | str:
-    """Return a reading outside a type that has one; a bool has none and raises `ValueError`."""
+    """Return a reading outside the domain of a type, read as out of range; raises `ValueError` for a bool."""
     match kind:
         case Int(_, high):
             return high + 1

@@ -1,7 +1,7 @@
-"""Events read from JSON lines (docs/language.md section 7).
+"""Reading events from JSON lines (docs/language.md section 7).
 
-Whatever a line holds, reading it returns an event or the `Invalid` that answers it. The faults that depend on the state
-(`not-active`, `nothing-to-abort`) are found by the engines, which know it.
+Reading any line returns an event or the `Invalid` that answers it. The engines find the faults that depend on the
+state (`not-active`, `nothing-to-abort`).
 """
 
 import json
@@ -19,10 +19,10 @@ from exover.model.wire import MAX_DIGITS, Json, as_double, number
 MAX_LINE = 1 << 20
 """Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
 TOO_LONG = MAX_LINE + len(b"\r\n")
-"""So many bytes without a line feed show that a line is longer."""
+"""A line is longer than MAX_LINE if this many bytes hold no line feed."""
 
 _TINY = Decimal("1e-400")
-"""A fraction that no double can tell from nought."""
+"""A positive number that rounds to the double 0 but is not whole."""
 
 
 def read_event(model: Model, line: str | bytes) -> Event | Invalid:
@@ -32,7 +32,7 @@ def read_event(model: Model, line: str | bytes) -> Event | Invalid:
 
 
 def read_entries(model: Model, entries: Json) -> Event | Invalid:
-    """Return the event of an object, or the first of its faults, as `read_event` does for a line that holds it."""
+    """Return the event of an object, or the first of its faults, as `read_event` does for a line with this object."""
     for kind, read in _READERS.items():
         if kind in entries:
             return read(model, entries)
@@ -40,7 +40,7 @@ def read_entries(model: Model, entries: Json) -> Event | Invalid:
 
 
 def read_object(line: str | bytes) -> Json | Invalid:
-    """Return the JSON object of a line."""
+    """Return the JSON object of a line, or the `bad-event` if it holds none."""
     if 4 * len(line) > MAX_LINE and _size(line) > MAX_LINE:  # a character has up to four bytes
         return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
     try:
@@ -59,7 +59,7 @@ def read_object(line: str | bytes) -> Json | Invalid:
 
 
 def _size(line: str | bytes) -> int:
-    """Return of how many bytes a line is, its end left out."""
+    """Return the length of a line in bytes, without its line end."""
     data = line.encode(errors="surrogatepass") if isinstance(line, str) else line
     return len(data.rstrip(b"\r\n"))
 
@@ -72,8 +72,8 @@ def _whole(text: str) -> int | float:
 
 
 def _fraction(text: str) -> Decimal | float:
-    # A Decimal keeps what is written, so that no fraction is rounded away where an integer is due; magnitudes that a
-    # double cannot tell from nought or from infinity have exponents that a Decimal may refuse: then any such does.
+    # A Decimal is exact, so no fraction is rounded away where an integer is required. Decimal may refuse the exponents
+    # of numbers that a double rounds to 0 or infinity; one representative stands for all of these.
     value = float(text)
     if value == 0 and set("123456789") & set(text.lower().partition("e")[0]):
         return _TINY
@@ -165,7 +165,10 @@ def _slot(model: Model, name: str, entries: Json) -> int | Invalid:
 
 
 def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
-    """Return the values of an object in the order of the parameters; `word`: what one of them is called."""
+    """Return the values of an object in the order of the parameters, or the first fault.
+
+    `word` is "parameter" or "result", for messages. The common case is decided here, without messages.
+    """
     if isinstance(found, dict) and len(found) == len(parameters):
         each = [(parameter.type, found.get(parameter.name)) for parameter in parameters]
         values = tuple([value for kind, one in each if (value := _fitting(kind, one)) is not None])
@@ -175,7 +178,7 @@ def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: obje
 
 
 def _named_values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
-    """Return the same, or the first fault."""
+    """Return the same as `_values`, parameter by parameter."""
     if not isinstance(found, dict):
         return Invalid("bad-event", f"the {word}s of {name} are {_show(found)}, not an object")
     known = [parameter.name for parameter in parameters]
@@ -194,7 +197,7 @@ def _named_values(name: str, word: str, parameters: tuple[Parameter, ...], found
 
 
 def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
-    """Return what was found as a value of this type: an int as `int`, a real as the nearest `float`, never -0.0."""
+    """Return a JSON value as a value of this type (a real as the nearest `float`, never -0.0), or the fault."""
     value = _fitting(kind, found)
     if value is not None:
         return value
@@ -203,13 +206,13 @@ def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
 
 
 def _fitting(kind: Type, found: object) -> Value | None:
-    """Return what was found as a value of this type, None if it is none."""
+    """Return a JSON value as a value of this type, None if it is not in its domain."""
     value = _typed(kind, found)
     return value if value is not None and contains(kind, value) else None
 
 
 def _typed(kind: Type, found: object) -> Value | None:
-    """Return what was found as the Python type that stands for `kind`, in its domain or not; None if it is no such."""
+    """Return a JSON value as the Python type of `kind`, in its domain or not; None if it has another type."""
     match kind:
         case Real() | Int():
             if isinstance(found, bool) or not isinstance(found, (int, float, Decimal)):
@@ -236,7 +239,7 @@ def _unknown(code: str, word: str, found: object, known: Iterable[str], there_is
 
 
 def domain(kind: Type) -> str:
-    """Return a type as a reader of a fault wants it named."""
+    """Return a type in words, for messages."""
     match kind:
         case Bool():
             return "true or false"
@@ -252,7 +255,7 @@ def domain(kind: Type) -> str:
 
 
 def _show(found: object) -> str:
-    """Return what was found, short enough for a message."""
+    """Return a JSON value in words, short enough for a message."""
     match found:
         case None:
             return "null"

@@ -1,4 +1,4 @@
-"""Conditions, events and actions in words: conditions in the exo language, what happens in that of docs/language.md."""
+"""Conditions as texts of the exo language; events and actions in the words of docs/language.md."""
 
 from collections.abc import Sequence
 from typing import assert_never
@@ -73,7 +73,7 @@ def named_text(parameters: Sequence[Parameter], values: Args) -> str:
 
 
 def slot_text(model: Model, name: str, slot: int) -> str:
-    """Return a slot by its request, with its number where the request has several."""
+    """Return `name`, or `name[slot]` if the request has several slots."""
     return f"{name}[{slot}]" if model.request[name].instances > 1 else name
 
 
@@ -81,10 +81,10 @@ def slot_text(model: Model, name: str, slot: int) -> str:
 
 
 def condition_text(cond: Cond | Formula) -> str:
-    """Return a condition of the core as the language writes it, with no more parentheses than it needs.
+    """Return a condition of the core as the language writes it, with as few parentheses as possible.
 
     Shorthand stays spelled out. A count of active slots, which has no syntax of its own, is `active slots of a, b`.
-    A formula is written as in a properties file; raises `ValueError` if it speaks of more than one moment.
+    A formula is written as in a properties file; raises `ValueError` for temporal operators, `Passed` and `Broken`.
     """
     match cond:
         case Atom(condition):
@@ -156,7 +156,7 @@ def _sum_text(constant: int, terms: tuple[tuple[int, ModelTerm], ...]) -> str:
 
 
 def remedy_text(remedy: Remedy) -> str:
-    """Return a remedy as the language writes it; the kill of a `fail when` has no words there."""
+    """Return a remedy as the language writes it; the kill of a `fail when`, which it does not write, in words."""
     match remedy:
         case Reject():
             return "reject"
@@ -199,7 +199,7 @@ def event_text(model: Model, event: Event) -> str:
 def action_text(model: Model, action: Action) -> str:
     """Return an action in the words of docs/language.md section 5, with the rule in brackets and its text.
 
-    What comes of a launch rule is said to be `of` it; of what it launches at once it is the rule in brackets.
+    The launch rule that raised a request follows `of`; if it launches at once, it is the rule in brackets instead.
     """
     match action:
         case Launched(name, slot, args, rule, because, launch_rule):
@@ -228,5 +228,5 @@ def _origin(launch_rule: str | None) -> str:
 
 
 def visible(line: str) -> str:
-    """Return a line in which no character of a spec's text steers a terminal or breaks a document."""
+    """Return a line with U+FFFD for each unprintable character, so that it cannot control a terminal."""
     return "".join(character if character.isprintable() else "\ufffd" for character in line)
