@@ -180,7 +180,7 @@ class Request:
         return (*self.on_launch, *self.on_ok, *self.on_failed, *self.on_interrupted)
 
     def without_rules(self, names: Container[str]) -> "Request":
-        """Return the request without the rules of these names: `interrupts_self` is unset if its rule is one of them."""
+        """Return the request without the rules of these names: `interrupts_self` is unset if its rule is among them."""
         itself = self.interrupts_self and interruption(self.name, self.name) in names
         return replace(self, interrupts_self=False) if itself else self
 

@@ -1,1 +1,1 @@
-"""The ordered constrained rule diagram: rules as decisions, one small diagram for each event, and the packed tables."""
+"""The ordered constrained rule diagram (OCRD): one decision diagram for each event, and the packed tables."""

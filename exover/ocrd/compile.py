@@ -1,4 +1,4 @@
-"""From a model to its tables: the forest numbered, and everything else that the machine must know, as records."""
+"""From a model to its tables: the numbered nodes of the forest, and all else that the machine reads, as records."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import field
@@ -42,7 +42,7 @@ from exover.ocrd.vector import (
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What the paper reports of its diagram: nodes, longest path in nodes, most tests before the first action."""
+    """Sizes of the diagrams: nodes, nodes on the longest path, most tests before the first action of a path."""
 
     nodes: int
     depth: int
@@ -51,7 +51,7 @@ class Figures:
 
 @dataclass(frozen=True)
 class DecodedTables:
-    """The tables of a model, and what each entry of the state vector is."""
+    """The tables of a model, and the element that each entry of the state vector holds."""
 
     model: Model
     tables: Tables
@@ -60,14 +60,14 @@ class DecodedTables:
 
 @dataclass(frozen=True)
 class Compiled(DecodedTables):
-    """What is known of tables that were just made: the reasons and the figures as well."""
+    """Tables just compiled, with the reasons by number and the sizes of the diagrams."""
 
     reasons: tuple[Reason, ...]
     figures: Figures
 
 
 def compile_model(model: Model, digest: bytes, flags: int = 0) -> Compiled:
-    """Return the tables of a model; `digest` is the sha256 of the canonical spec, `flags` as in `tables`."""
+    """Return the tables of a model; `digest` is the SHA-256 of the canonical spec, `flags` those of the header."""
     with deep():
         return _Assembly(model, grow(model)).compiled(digest, flags)
 
@@ -113,7 +113,7 @@ class _Assembly:
                     pass
 
     def compiled(self, digest: bytes, flags: int) -> Compiled:
-        """Return everything, put together."""
+        """Return the tables made of all records."""
         forest = self.roots.forest
         entries, sums, self.lists = self.entries.rows(forest, [root for root, _ in self.roots.rules])
         rules = tuple(t.RuleRow(self.place[root], self.reason[reason]) for root, reason in self.roots.rules)
@@ -182,10 +182,10 @@ class _Assembly:
                 assert_never(action)
 
     def _passes(self) -> int:
-        """Return how often steps 3 to 5 can be repeated for one event: every pass but the last changes something.
+        """Return a bound on the passes (steps 3 to 5) of one event: every pass but the last changes something.
 
-        A slot changes at most twice in a step; what enters a waiting place, there before or put there by the event or
-        a required launch, changes its phase at most twice and leaves once.
+        A slot changes at most twice in a step. What is in a waiting place before the step, or is put there by the
+        event or a required launch, changes at most four times, counted with its entering and leaving.
         """
         slots = sum(request.instances for request in self.model.requests)
         return 1 + 2 * slots + 4 * (len(self.model.requests) + len(self.model.launches))
@@ -248,7 +248,7 @@ class _Assembly:
         return t.ParamRow(kind, low, high, cuts, cuts_end, value, rank)
 
     def _domain(self, kind: Type) -> tuple[int, int, int]:
-        """Return the code of a type and its range, of a real as indices of doubles."""
+        """Return the code of a type and the ends of its range: ordinals, for a real indices of doubles."""
         match kind:
             case Real(low, high):
                 return t.REAL, self._real(low), self._real(high)
@@ -325,7 +325,7 @@ class _Assembly:
             yield self._variable(latch.name, t.LATCH, Bool(), initial, None, raws)
 
     def _raw_names(self) -> list[str]:
-        """Return the real posters that are compared with other reals."""
+        """Return the real posters that are compared with other reals, so that their values must be kept."""
         sides = [side for orders in self.compared.values() for o in orders for side in (o.left, o.right)]
         return list(dict.fromkeys(side.name for side in sides if isinstance(side, Reading)))
 
@@ -362,7 +362,7 @@ class _Assembly:
         )
 
     def _constant(self, kind: Type, value: Value) -> int:
-        """Return the ordinal of a value, of a real the index of its double."""
+        """Return the ordinal of a value; for a real, the index of a double that is added for it."""
         return self._real(float(value)) if isinstance(kind, Real) else ordinal(kind, value)
 
     def _latches(self) -> Iterable[t.LatchRow]:

@@ -1,9 +1,9 @@
-"""The second channel of a decision: which requests are never active together, read from the rules themselves.
+"""The second channel of a decision, a redundant check: pairs of requests that are never launched beside each other.
 
-A *conflict* is a pair of requests of which no slot is launched while a slot of the other is active, whatever the
-arguments and the rest of the state: two requests that one rule forbids to be active together, since a launch is the
-answer only where no rule in question holds (docs/language.md section 4); and a request with itself, if it has a single
-slot or a rule forbids a second active one.
+Two requests are in *conflict* iff a slot of one is never launched while a slot of the other is active, by the form of
+the rules alone: one rule forbids both to be active together, and a launch is the answer only if the F of no rule in
+question holds (docs/language.md section 4). A request is in conflict with itself if it has a single slot or a rule
+forbids a second active one.
 """
 
 from itertools import groupby
@@ -16,7 +16,7 @@ from exover.ocrd.tables import ALL_DENIALS, BLOCK, CLEARINGS, NO_DENIALS, Confli
 
 
 def pair(rule: Rule) -> tuple[str, str] | None:
-    """Return the two requests that the rule forbids to be active together, if that is all it says."""
+    """Return the two requests (perhaps one, twice) if the rule only forbids them to be active together; else None."""
     match rule.condition:
         case And((Status("active", first, None), Status("active", second, None))) if rule.slot_of is None:
             return (first, second) if first != second else None  # one that is never to be active is in no conflict
@@ -27,7 +27,7 @@ def pair(rule: Rule) -> tuple[str, str] | None:
 
 
 def conflicts(model: Model) -> tuple[frozenset[int], ...]:
-    """Return for every request the numbers of those that it conflicts with."""
+    """Return for each request the numbers of the requests that it is in conflict with."""
     number = ModelIndex(model).request
     found = [{index} if request.instances == 1 else set() for index, request in enumerate(model.requests)]
     for first, second in filter(None, map(pair, model.rules)):
@@ -37,21 +37,21 @@ def conflicts(model: Model) -> tuple[frozenset[int], ...]:
 
 
 def row(others: frozenset[int]) -> list[ConflictRow]:
-    """Return the bit row of these requests: its blocks that are not empty, in order."""
+    """Return the bit row of these requests: its nonzero blocks, in order."""
     blocks = groupby(sorted(others), lambda index: index // BLOCK)
     return [ConflictRow(block, _signed(sum(1 << index % BLOCK for index in indices))) for block, indices in blocks]
 
 
 def _signed(mask: int) -> int:
-    """Return the number of `BLOCK` bits in two's complement, which fits the narrowest words."""
+    """Return the unsigned `mask` of `BLOCK` bits as a signed number in two's complement, which fits 16-bit words."""
     return mask - (mask >> BLOCK - 1 << BLOCK)
 
 
 def denials(model: Model, known: tuple[Reason, ...]) -> list[int]:
-    """Return for every reason which decisions for it show that a conflict of the newcomer is active.
+    """Return for each reason a code: which decisions for it imply that a request in conflict with the newcomer is
+    active. These are all (`ALL_DENIALS`), only clearings (`CLEARINGS`) or none (`NO_DENIALS`).
 
-    A request that is being cleared for counts as active where a rule could be cleared for by kills, so a rejection for
-    such a rule shows nothing; a clearing does.
+    Under a rule that may kill, requests that are clearing also count as active, so a rejection for it implies nothing.
     """
     shown: dict[Reason, int] = {}
     for rule in model.rules:

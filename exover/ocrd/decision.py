@@ -1,4 +1,4 @@
-"""What a decision can do, and how demands make one."""
+"""The actions of diagrams, and how the demands of rules are composed to a decision."""
 
 from collections.abc import Iterable
 from itertools import groupby
@@ -25,14 +25,14 @@ class DoWait:
 
 @dataclass(frozen=True, slots=True)
 class DoClear:
-    """The newcomer waits, clearing; the kills follow."""
+    """The newcomer takes the waiting place, clearing; its kills follow on the path."""
 
     reason: Reason
 
 
 @dataclass(frozen=True, slots=True)
 class DoSettle:
-    """The newcomer waits, clearing, with nothing to kill."""
+    """The newcomer takes the waiting place, clearing, with nothing to kill."""
 
     reason: Reason
 
@@ -47,7 +47,7 @@ class DoKill:
 
 @dataclass(frozen=True, slots=True)
 class DoDismiss:
-    """What stands in the waiting place of `request` is rejected."""
+    """What is in the waiting place of `request` is rejected."""
 
     request: str
     reason: Reason
@@ -67,20 +67,21 @@ class DoViolation:
 
 @dataclass(frozen=True, slots=True)
 class DoAgree:
-    """The condition holds: a latch's, a launch rule's, a predicate of arguments."""
+    """The condition holds: of a latch, of a launch rule, or a predicate of arguments."""
 
 
 Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
 DecisionEffect = tuple[str, ...] | tuple[str, str, int]
-"""What a decision does, without reasons: a verdict; or `kill` with a request and a slot, `dismiss` with a request."""
+"""An action of a decision without its reason: a verdict; `kill`, a request and a slot; or `dismiss` and a request."""
 
 
 @dataclass(frozen=True, slots=True)
 class DecisionList:
-    """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
+    """A decision before it is one diagram. Its conditions are diagrams of the manager that built them.
 
-    Conditions are diagrams of the manager that built them. `compose` makes the decision of it. `choices` are elements
-    with those that they choose among, which are to be asked after them: else all of these would have to be remembered.
+    `demands`: pairs of a condition and the action that it demands. `hits`: in order, a condition, the slots that it
+    clears, and why. `choices` maps an element to those that it selects from. It should precede them in the variable
+    order: after them, a diagram would have to remember all their values.
     """
 
     choices: dict[int, set[int]]
@@ -88,7 +89,7 @@ class DecisionList:
     hits: tuple[tuple[int, tuple[KillTarget, ...], Reason], ...]
 
     def conditions(self) -> list[int]:
-        """Return the conditions in the order in which the decision asks them."""
+        """Return the conditions in the order in which the decision tests them."""
         ranked = [where for kind in (DoReject, DoWait) for where, do in self.demands if isinstance(do, kind)]
         ranked += [hit for hit, _, _ in self.hits]
         return ranked + [where for kind in (DoSettle, DoDismiss) for where, do in self.demands if isinstance(do, kind)]
@@ -101,7 +102,9 @@ class DecisionList:
         return DecisionList(self.choices, demands, hits)
 
     def compose(self, manager: Manager) -> int:
-        """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""
+        """Return the decision as a diagram: any reject, else any wait, else the kills of C, else any settle, else the
+        launch, after the dismissals.
+        """
         result = manager.act(DoLaunch(), NO)
         dismissals = [demand for demand in reversed(self.demands) if isinstance(demand[1], DoDismiss)]
         for where, group in groupby(dismissals, key=lambda demand: demand[0]):

@@ -1,4 +1,4 @@
-"""What decisions need to know of a model's rules: which are in question where, and which need diagrams of their own."""
+"""Facts on the rules of a model that decisions use: which are in question, and which need diagrams of their own."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -19,7 +19,7 @@ from exover.ocrd.vector import Vocabulary
 
 @dataclass(frozen=True, slots=True)
 class SymbolicInstance:
-    """A rule, or its copy for one slot of `rule.slot_of`, or for the newcomer's (`newcomer`)."""
+    """A rule, or its copy for one slot of `rule.slot_of`, or for the slot of the newcomer (`newcomer`)."""
 
     rule: Rule
     slot: int | None = None
@@ -33,7 +33,7 @@ class SymbolicInstance:
 
 @dataclass(frozen=True)
 class DecisionContext:
-    """What of a model every decision needs to know."""
+    """What all decisions of one model share."""
 
     vocabulary: Vocabulary
 
@@ -44,7 +44,7 @@ class DecisionContext:
 
     @cached_property
     def numbers(self) -> Numbers:
-        """The numbers of what diagrams test."""
+        """The numbers of the quantities and elements."""
         return Numbers(self.vocabulary)
 
     @cached_property
@@ -54,7 +54,7 @@ class DecisionContext:
 
     @cached_property
     def clearable(self) -> frozenset[str]:
-        """The requests that may come to be clearing: no other ever has something to clear or to settle."""
+        """The requests that may come to be clearing: all that have a `settle` guard or a kill of another slot."""
         return frozenset(request.name for request in self.model.requests if self._may_clear(request))
 
     def _may_clear(self, request: Request) -> bool:
@@ -69,7 +69,7 @@ class DecisionContext:
         return False
 
     def asking(self, rule: Rule) -> list[str]:
-        """Return the requests on whose decision a rule is in question."""
+        """Return the requests for which a rule is in question."""
         return self._asking.get(id(rule), [])
 
     @cached_property
@@ -81,7 +81,10 @@ class DecisionContext:
         return found
 
     def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[SymbolicInstance]:
-        """Yield the rule, or its copies for the slots that it speaks of, but for one that makes the newcomer busy."""
+        """Yield the rule, or, if it stands for each slot of a request, its copies: for the slots and for the newcomer.
+
+        There is none for a slot that, if active, makes the newcomer busy.
+        """
         if rule.slot_of is None:
             yield SymbolicInstance(rule)
             return
@@ -94,10 +97,10 @@ class DecisionContext:
             yield SymbolicInstance(rule, None, newcomer=True)
 
     def restored(self, rule: Rule) -> bool:
-        """Return whether a rule can come to be broken and so has diagrams that restore it.
+        """Return whether a rule may come to be broken and so has diagrams that restore it.
 
-        It cannot if F is false at first and names nothing but activity and shares, none of them negatively: then
-        nothing but a launch makes it true, and the decision prevents that.
+        It cannot if F is false in the initial state and is monotone in activity and shares and reads nothing else:
+        then only a launch makes F true, and decisions prevent that.
         """
         if self.pairs[id(rule)]:
             return False
@@ -107,17 +110,17 @@ class DecisionContext:
         return not (kinds <= {"active", "used"} and self.growing[id(rule)])
 
     def kept(self, rule: Rule) -> bool:
-        """Return whether decisions alone keep a rule: only a launch could break it, and no bit row has it."""
+        """Return whether only decisions keep a rule: only a launch could break it, and it is in no bit row."""
         return not self.restored(rule) and self.pairs[id(rule)] is None
 
     @cached_property
     def pairs(self) -> dict[int, tuple[str, str] | None]:
-        """By the identity of a rule the two requests that it forbids to be active together, if that is all it says."""
+        """For each rule, by its `id`, the result of `pair`."""
         return {id(rule): pair(rule) for rule in self.model.rules}
 
     @cached_property
     def growing(self) -> dict[int, bool]:
-        """By the identity of a rule whether more active slots never make its F false."""
+        """For each rule, by its `id`, whether F is monotone: more active slots never make it false."""
         pairs = self.pairs
         return {id(rule): bool(pairs[id(rule)]) or _only_grows(rule.condition, True) for rule in self.model.rules}
 

@@ -1,7 +1,7 @@
-"""Rules as decisions: for every event the diagram of what is done (docs/language.md section 4).
+"""From rules to decisions: for each event a diagram of the actions (docs/language.md section 4).
 
-The paragraphs of the page are followed one by one, as in `model/semantics.py`, but for all states at once: where the
-interpreter asks whether something holds, this asks where it does.
+The paragraphs of the page are followed one by one, as in `model/semantics.py`, but for all states at once: a condition
+that the interpreter evaluates in one state is here a diagram, the set of states where it holds. "Where" means this set.
 """
 
 from collections.abc import Iterable, Iterator
@@ -32,7 +32,7 @@ from exover.ocrd.vector import same_arguments
 from exover.ocrd.view import PRESENT, KillTarget, ParameterOwner, View
 
 Hit = tuple[int, tuple[KillTarget, ...], Reason]
-"""A condition, and what is cleared or killed where it holds, for which rule."""
+"""A condition, the slots that are cleared or killed where it holds, and the reason."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class Decider:
 
     @cached_property
     def symbolic(self) -> ConditionDiagrams:
-        """The reader of conditions."""
+        """The translation of conditions to diagrams."""
         return ConditionDiagrams(self.questions.numbers, self.manager)
 
     # ---- roots ----
 
     def predicate(self, request: str, where: Cond) -> int:
-        """Return `DoAgree` where the arguments (and results) that are looked at satisfy `where`."""
+        """Return `DoAgree` where the loaded arguments (and results) satisfy `where`."""
         return self._agree(self.symbolic.truth(where, PRESENT, ParameterOwner(request)))
 
     def condition(self, cond: Cond) -> int:
@@ -58,7 +58,9 @@ class Decider:
         return self._agree(self.symbolic.truth(cond))
 
     def required(self, launch: Launch) -> int:
-        """Return `DoAgree` where the launch rule's condition holds and its request is not held with its arguments."""
+        """Return `DoAgree` where the condition of the launch rule holds and its request is neither active nor waiting
+        with the same arguments.
+        """
         request = self.questions.model.request[launch.request]
         same = same_arguments(request, launch)
         held = Or((Status("active", request.name, same), Status("waiting", request.name, same)))
@@ -68,7 +70,9 @@ class Decider:
         return self.manager.ite(where, self.manager.act(DoAgree(), NO), NO)
 
     def recover(self, instance: SymbolicInstance) -> int:
-        """Return the kill that restores a rule whose F holds with the stopping slots taken as idle, or a violation."""
+        """Return, where F holds with the stopping slots taken as idle, the kills of the first remedy that helps, else
+        a violation.
+        """
         stopped = View(once_stopped=True)
         left = self._true(instance, stopped)
         result = self.manager.act(DoViolation(instance.reason), NO)
@@ -83,13 +87,13 @@ class Decider:
         return self.manager.ite(left, result, NO)
 
     def broken(self, instance: SymbolicInstance) -> int:
-        """Return a violation where the F of a rule holds, the stopping slots as they are."""
+        """Return a violation where the F of a rule holds with the stopping slots as they are."""
         return self.manager.ite(self._true(instance, PRESENT), self.manager.act(DoViolation(instance.reason), NO), NO)
 
     def decide(self, request: Request, rules: Iterable[Rule] | None = None) -> DecisionList:
-        """Return what is done with the newcomer of this request; its arguments are those that are looked at.
+        """Return the decision on a newcomer of this request with the loaded arguments.
 
-        `rules`: as if of the rules in question these were all, in their order.
+        `rules`, in their order, replace the rules in question.
         """
         view = View(newcomer=request)
         asked = self.questions.rules[request.name] if rules is None else rules
@@ -102,14 +106,14 @@ class Decider:
         return DecisionList(self.choices(request, instances), demands, tuple(hits))
 
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
-        """Return in order where which slots are killed, and why, when these are the rules that are restored."""
+        """Return, in order, where recovering from exactly these rules kills which slots, and why."""
         instances = [i for rule in rules for i in self.questions.instances(rule, None)]
         return self._clear(View(once_stopped=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
 
     def choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> dict[int, set[int]]:
-        """Return the elements that say which counter a condition means, with those that they choose among.
+        """Return for each argument that selects a counter of a condition (`self.p` inside `with`) these counters.
 
-        Only counters that were met count: the conditions are to be built first.
+        Both are elements. Only counters that have numbers by now are found: build the conditions first.
         """
         asked = [(guard.condition, ParameterOwner(request.name)) for guard in request.guards]
         for rule, slot in ((instance.rule, instance.slot) for instance in instances):
@@ -124,9 +128,9 @@ class Decider:
     # ---- clearing ----
 
     def _clear(self, view: View, instances: list[tuple[SymbolicInstance, list[Remedy]]]) -> tuple[View, list[Hit]]:
-        """Return the view with C taken as idle, and in order where which targets are put into C, and why.
+        """Return the view with C taken as idle, and, in order, where which targets are put into C, and why.
 
-        `instances` with those of their remedies that are kills and may apply.
+        `instances`: each with those of its remedies that are kills and may apply.
         """
         hits: list[Hit] = []
         for instance, killing in instances:
@@ -153,7 +157,7 @@ class Decider:
     # ---- demands ----
 
     def _demands(self, request: Request, view: View, instances: list[SymbolicInstance]) -> list[tuple[int, Do]]:
-        """Return where which demand is made, in the order of the text."""
+        """Return the demands, each with the condition under which it is made, in the order of the text."""
         found: list[tuple[int, int, Do]] = []
         present = View(idle=view.idle)
         for guard in request.guards:
@@ -169,7 +173,9 @@ class Decider:
         return [(where, do) for _, where, do in found if where != NO]
 
     def _shortages(self, request: Request) -> Iterator[tuple[int, int, Do]]:
-        """Yield the demand of every clause that is the first to count of a resource of which there is too little."""
+        """Yield the demands of `consumes` clauses: each where it is the first of its resource to count and the level
+        is too low.
+        """
         subject = ParameterOwner(request.name)
         earlier: dict[str, int] = {}
         for clause in request.consumptions:
@@ -184,8 +190,8 @@ class Decider:
     def _crowd_demands(
         self, request: Request, view: View, instance: SymbolicInstance, true: int
     ) -> Iterator[tuple[int, Do]]:
-        """Yield where a rule that may kill the newcomer demands what for those that are clearing; not where it is
-        `true`.
+        """Yield the demands of a rule that may kill the newcomer, for F with the clearing requests running too; none
+        where F holds without them (`true`).
         """
         rule = instance.rule
         crowd = self.questions.clearable - {request.name}
@@ -233,7 +239,7 @@ class Decider:
         return self.manager.either(as_is, self._true(instance, replace(view, once_stopped=True)))
 
     def _targets(self, remedy: Remedy, instance: SymbolicInstance) -> list[KillTarget]:
-        """Return the slots that a kill remedy names, in order, the newcomer's left out; none for another remedy."""
+        """Return the slots that a kill remedy names, in order, without the newcomer's; none for other remedies."""
         match remedy:
             case Kill(requests):
                 return [(name, None) for name in requests]

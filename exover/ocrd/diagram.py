@@ -1,8 +1,8 @@
 """Interval decision diagrams whose paths carry actions.
 
-A test node asks in which interval an entry of the state vector lies (Strehl and Thiele 1998); an action node says what
-is done before the path goes on. Reduced and shared: two diagrams of one manager are equal iff they are the same number.
-Below an action the order of the entries starts anew, so actions keep the order in which they are to be done.
+A test node branches on the interval in which an entry of the state vector lies (Strehl and Thiele 1998); an action node
+holds an action and one child. Diagrams are reduced and shared by structural hashing: two diagrams of one manager are
+equal iff they have the same number. Below an action the variable order starts anew, so actions keep their order.
 """
 
 import sys
@@ -11,24 +11,24 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 NO = 0
-"""The end of a path; as a condition, false."""
+"""The terminal node: the end of a path; as a condition, false."""
 YES = 1
-"""True."""
+"""The terminal node of conditions that are true."""
 BOTTOM = 1 << 62
-"""The level of what is no test."""
+"""The level of terminal nodes and action nodes, below that of all tests."""
 ElementNumber = int
 """The number of an element, `v[i]` in `v[i] <= k`."""
 
 
 RECURSION = 100_000
-"""Frames that a diagram may need: a few for each entry that one condition reads."""
+"""Python frames that a recursion over a diagram may need: a few for each entry that one condition reads."""
 
 
 @contextmanager
 def deep() -> Iterator[None]:
-    """Allow the frames that large diagrams need, and no longer than they do.
+    """Raise the recursion limit to RECURSION in a `with` block, for recursion over large diagrams.
 
-    Recursion in C, as in JSON's scanner, goes by the same limit, and there it guards the stack.
+    It is restored after the block, because it also guards the C stack, as in the scanner of JSON.
     """
     limit = sys.getrecursionlimit()
     sys.setrecursionlimit(max(limit, RECURSION))
@@ -39,7 +39,7 @@ def deep() -> Iterator[None]:
 
 
 class Test(NamedTuple):
-    """Go to `children[i]` for the first `cuts[i]` that the entry of this level does not exceed, else to the last."""
+    """A test node: go to `children[i]` for the least i with entry <= `cuts[i]`, else to the last child."""
 
     level: int
     cuts: tuple[int, ...]
@@ -47,14 +47,14 @@ class Test(NamedTuple):
 
 
 class Act(NamedTuple):
-    """Do `action`, then go on."""
+    """An action node: do `action`, then go to `child`."""
 
     action: Hashable
     child: int
 
 
 class Manager:
-    """Shared nodes under one order of the entries; entries not in `order` follow in the order of their first use."""
+    """Shared nodes under one variable order; entries that are not in `order` follow in the order of their first use."""
 
     def __init__(self, order: Iterable[ElementNumber] = ()) -> None:
         self.entries: list[ElementNumber] = list(order)
@@ -73,7 +73,7 @@ class Manager:
         return self._nodes[number]
 
     def level(self, entry: ElementNumber) -> int:
-        """Return the level of an entry, which becomes the last if the entry is new."""
+        """Return the level of an entry; a new entry gets the lowest level in the order so far."""
         level = self._level.setdefault(entry, len(self.entries))
         if level == len(self.entries):
             self.entries.append(entry)
@@ -96,7 +96,7 @@ class Manager:
         return self._make(Test(level, (bound,), (NO, YES)), level)
 
     def act(self, action: Hashable, child: int) -> int:
-        """Return the diagram that does `action` and goes on with `child`."""
+        """Return the action node that does `action`, then `child`."""
         return self._make(Act(action, child), BOTTOM)
 
     def _make(self, node: Test | Act, level: int) -> int:
@@ -125,7 +125,7 @@ class Manager:
         return self.ite(f, YES, g)
 
     def ite(self, f: int, g: int, h: int) -> int:
-        """Return `g` where the condition `f` holds and `h` elsewhere; action nodes of `g` and `h` are opaque."""
+        """Return `g` where the condition `f` holds, else `h`; action nodes of `g` and `h` are taken as terminal."""
         if f == YES or g == h:
             return g
         if f == NO:
@@ -155,7 +155,7 @@ class Manager:
         return self.test(level, cuts, tuple(below))
 
     def _below_condition(self, f: int, g: int, h: int) -> int:
-        """Return `ite` where only `f` tests the uppermost entry."""
+        """Return `ite(f, g, h)` if only `f` tests the uppermost entry."""
         level, cuts, children = self._nodes[f]  # type: ignore[misc]
         below = []
         for child in children:
@@ -169,9 +169,9 @@ class Manager:
     def copies(
         self, numbers: Iterable[int], target: "Manager", action: Callable[[Hashable], Hashable] = lambda same: same
     ) -> dict[int, int]:
-        """Return by number what diagrams, and all below them, are in another manager, under its order.
+        """Return a map from these diagrams, and all nodes below them, to their copies in `target`, under its order.
 
-        `action`: what their actions become.
+        `action` is applied to each action.
         """
         found = {NO: NO, YES: YES}
         for number in self.below(numbers):
@@ -184,7 +184,7 @@ class Manager:
         return found
 
     def choose(self, level: int, cuts: tuple[int, ...], children: tuple[int, ...]) -> int:
-        """Return the diagram that asks the entry of this level, wherever in the order, and goes on with `children`."""
+        """Return the diagram that tests the entry of this level, then `children`, which may test entries above it."""
         if all(self._top[child] > level for child in children):
             return self.test(level, cuts, children)
         result = children[-1]
@@ -193,9 +193,9 @@ class Manager:
         return result
 
     def below(self, roots: Iterable[int], seen: set[int] | None = None) -> list[int]:
-        """Return the nodes that the roots reach, children before parents, without the ends and what was `seen`.
+        """Return the nodes that the roots reach, children before parents, without terminal nodes and those in `seen`.
 
-        They are added to `seen`.
+        The nodes are added to `seen`.
         """
         found: list[int] = []
         seen = set() if seen is None else seen
@@ -218,7 +218,7 @@ class Manager:
 
 
 def children(node: Test | Act | None) -> tuple[int, ...]:
-    """Return the numbers of the nodes that follow a node."""
+    """Return the numbers of the children of a node."""
     match node:
         case Test(_, _, below):
             return below
@@ -229,7 +229,7 @@ def children(node: Test | Act | None) -> tuple[int, ...]:
 
 
 def union(cuts: Iterable[tuple[int, ...]]) -> tuple[int, ...]:
-    """Return all the cuts, increasing, each once."""
+    """Return the union of tuples of cuts, increasing, without duplicates."""
     distinct = set(cuts)
     if len(distinct) == 1:
         return distinct.pop()
@@ -237,7 +237,7 @@ def union(cuts: Iterable[tuple[int, ...]]) -> tuple[int, ...]:
 
 
 def cofactors(node: Test, cuts: tuple[int, ...]) -> tuple[int, ...]:
-    """Return what is left of a test in each of the intervals that `cuts` make, which have all its own among them."""
+    """Return the cofactors of a test: its child in each of the intervals that `cuts`, a superset of its own, make."""
     if node.cuts == cuts:
         return node.children
     found, index, own = [], 0, node.cuts
@@ -249,7 +249,7 @@ def cofactors(node: Test, cuts: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def merged(cuts: tuple[int, ...], children: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the cuts and children without the cuts between equal children."""
+    """Return the cuts and children with neighbouring equal children made one."""
     if len(cuts) == 1:
         return (cuts, children) if children[0] != children[1] else ((), children[:1])
     kept_cuts: list[int] = []

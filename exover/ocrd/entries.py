@@ -1,4 +1,4 @@
-"""The entries of the state vector that a forest needs: what they are, where they start, and who looks at them."""
+"""The entries of the state vector that a forest needs: their elements, initial values, and the rules that read them."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -38,43 +38,43 @@ from exover.ocrd.vector import (
 
 @dataclass
 class Entries:
-    """The entries in the order of their numbers: as the nodes first test them, then the parts of sums.
+    """The entries in the order of their numbers: first those that nodes test, as met, then the quantities of sums.
 
-    A sum of counters that nothing else reads is counted as a whole: its parts are no entries.
+    A sum of counters that nothing else reads is counted as a whole: its quantities have no entries of their own.
     """
 
     numbers: Numbers
     chosen: list[int] = field(default_factory=list)
-    """The elements by their numbers."""
+    """The number of its element, for each entry."""
     index: dict[int, int] = field(default_factory=dict)
-    """By the number of an element its entry."""
+    """The entry of each element, by number."""
     counted: list[int] = field(default_factory=list)
-    """The elements, one quantity each, that are counted in the entry of their only sum and have none of their own."""
+    """The elements of one quantity that are counted in the entry of their only sum and have no entry of their own."""
 
     @property
     def elements(self) -> list[Element]:
-        """What the entries are."""
+        """The elements of the entries."""
         return [self.numbers.elements[element] for element in self.chosen]
 
     def need(self, element: int) -> int:
-        """Return the number of an entry, a new one if it is not there yet."""
+        """Return the entry of an element, a new one if it has none yet."""
         if element not in self.index:
             self.index[element] = len(self.chosen)
             self.chosen.append(element)
         return self.index[element]
 
     def of(self, quantity: Quantity) -> int:
-        """Return the entry that is this quantity alone; `NONE` if nothing reads it."""
+        """Return the entry in which a quantity is kept, its own or that of its only sum; `NONE` if nothing reads it."""
         number = self.numbers.find(quantity)
         return NONE if number is None else self.index.get(self._alone(number), NONE)
 
     def quantities(self) -> list[Quantity]:
-        """Return the quantities that are kept: those that are entries of their own, then those counted in a sum."""
+        """Return the quantities that are kept: those with entries of their own, then those counted only in a sum."""
         kept = [*self.elements, *(self.numbers.elements[element] for element in self.counted)]
         return [element[0][1] for element in kept if is_plain(element)]
 
     def needed_by(self, forest: Forest, nodes: Iterable[int]) -> None:
-        """Add the entries that these nodes test, and the quantities of their sums."""
+        """Add the entries that these nodes test, and entries for quantities of their sums."""
         for number in nodes:
             node = forest.nodes[number]
             if isinstance(node, Branch):
@@ -92,14 +92,16 @@ class Entries:
                     self.need(self._alone(quantity))
 
     def _counts_once(self, factor: int, quantity: int) -> bool:
-        """Whether a slot or place that has a part in a sum adds 1 to it, or nothing."""
+        """Return whether each slot or waiting place adds exactly 1 or 0 to the sum through this quantity."""
         return factor == 1 and isinstance(self.numbers.quantities[quantity], Slots | InPlace)
 
     def _alone(self, quantity: int) -> int:
         return self.numbers.element({quantity: 1})[0]
 
     def rows(self, forest: Forest, rules: Sequence[int]) -> tuple[list[Entry], list[tuple[int, int]], list[int]]:
-        """Return the records of the entries, the sums they are part of, and the lists of rules that look at them."""
+        """Return the records of the entries, the pairs (sum, factor) of sums that they are part of, and the lists of
+        rules that read them; `rules` are the roots of the rules.
+        """
         start = Reference(self.numbers.vocabulary.model).start()
         watched: list[list[int]] = [[] for _ in self.chosen]
         for rule, root in enumerate(rules):
@@ -151,19 +153,19 @@ def initial(vocabulary: Vocabulary, quantity: Quantity, start: State) -> int:
 
 
 def compare(left: float, right: float) -> int:
-    """Return how two doubles compare, as an `Order` has it."""
+    """Return how two doubles compare, as the value of an `Order`."""
     if left == right:
         return SAME
     return LEFT if left < right else RIGHT
 
 
 def is_plain(element: Element) -> bool:
-    """Return whether an entry is one quantity and no sum."""
+    """Return whether an element has a single quantity."""
     return len(element) == 1
 
 
 def _tested(forest: Forest, root: int) -> list[int]:
-    """Return the elements that a diagram tests, each once."""
+    """Return the elements that a diagram tests, without duplicates."""
     found: dict[int, None] = {}
     seen = {END}
     stack = [root]

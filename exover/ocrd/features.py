@@ -1,4 +1,4 @@
-"""What slots, waiting places and pasts are counted for, and the predicates of arguments that counting needs."""
+"""Features: the conditions on arguments by which counters count slots and waiting places, and their predicates."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,11 +9,11 @@ from exover.ocrd.roots import Roots
 from exover.ocrd.vector import HasPast, InPlace, Slots, SlotValue, comparisons
 
 Feature = tuple[Cond | None, int | None, str | None]
-"""What is counted: which arguments, of which slot, with which parameter as weight."""
+"""What a counter counts: a condition on arguments, a slot (None: all), the parameter that is added (None: 1)."""
 
 
 def plant_features(model: Model, roots: Roots) -> dict[str, list[Feature]]:
-    """Return by request what the entries count, once the predicates of entries and amounts are planted."""
+    """Plant the predicates that entries and amounts need; return for each request the features of its entries."""
     tested = Entries(roots.questions.numbers)
     tested.needed_by(roots.forest, range(len(roots.forest.nodes)))
     counted: dict[str, dict[Feature, None]] = {request.name: {} for request in model.requests}
@@ -38,7 +38,7 @@ def plant_features(model: Model, roots: Roots) -> dict[str, list[Feature]]:
 
 
 def readers(counted: Mapping[str, Sequence[Feature]]) -> dict[str, list[str]]:
-    """Return by real poster the requests whose counters read it."""
+    """Return for each real poster the requests whose counters depend on it."""
     found: dict[str, dict[str, None]] = {}
     for name, features in counted.items():
         for _, compare in (pair for where, _, _ in features if where for pair in comparisons(where, name)):

@@ -1,8 +1,8 @@
-"""All diagrams of a spec in one shared forest of binary tests, without the tests that no consistent state needs.
+"""All diagrams of a spec in one shared forest of binary tests, without tests that are redundant on their paths.
 
-What is known on a path about one entry bounds others: no slot is running if none is active, none satisfies a condition
-if there is none at all. A test whose answer follows is left out. The bounds are those of linear forms over their
-quantities (bound propagation, Harvey and Schimpf 2002) and the plain inequalities between counters.
+The tests on a path bound other entries too: if no slot is active, none is running and none satisfies a condition. A
+test whose result follows from the bounds is left out. Bounds are propagated through linear forms over quantities (bound
+propagation, Harvey and Schimpf 2002) and by inequalities between counters.
 """
 
 from dataclasses import field, replace
@@ -17,14 +17,14 @@ from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 END = -1
 """The end of a path."""
 NEVER = -2
-"""Where no state leads; whoever has a choice takes the other way."""
+"""An unreachable child: no consistent state leads there, so a test with such a child is replaced by the other one."""
 
 CONTEXTS = 20_000
-"""Pairs of a node and of what is known there that one diagram may have; then nodes are planted as if nothing were."""
+"""Pairs of a node and the bounds known there that are told apart in one diagram; from then on bounds are ignored."""
 
 
 class Branch(NamedTuple):
-    """Go to `low` if the element of this number is at most `bound`, else to `high`."""
+    """A test node: go to `low` if the element of this number is at most `bound`, else to `high`."""
 
     element: int
     bound: int
@@ -33,19 +33,19 @@ class Branch(NamedTuple):
 
 
 class Perform(NamedTuple):
-    """Do `action`, then go on."""
+    """An action node: do `action`, then go to `child`."""
 
     action: Do
     child: int
 
 
 Known = tuple[tuple[int, Range], ...]
-"""What is known of entries, by their level in the diagram at hand."""
+"""The known ranges of entries, by their level in the diagram at hand."""
 
 
 @dataclass
 class Forest:
-    """Grows by diagrams; a node is found again by what it says, so equal parts are there once."""
+    """The shared nodes of all planted diagrams; structural hashing keeps equal nodes once."""
 
     numbers: Numbers
     nodes: list[Branch | Perform] = field(default_factory=list)
@@ -53,24 +53,24 @@ class Forest:
     _above: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def plant(self, manager: Manager, root: int) -> int:
-        """Return the node that the diagram `root` of `manager` becomes."""
+        """Add the diagram `root` of `manager` to the forest and return its node."""
         return _Planting(self, manager, root).plant(root)
 
     def above(self, quantity: int) -> tuple[int, ...]:
-        """Return the counters that are never less than this quantity."""
+        """Return the numbers of the counters that are always >= this quantity."""
         if quantity not in self._above:
             greater = _above(self.numbers.quantities[quantity])
             self._above[quantity] = tuple(self.numbers.quantity(each) for each in greater)
         return self._above[quantity]
 
     def branch(self, element: int, bound: int, low: int, high: int) -> int:
-        """Return the reduced test node."""
+        """Return the test node, or one of its children if the test is redundant."""
         if low == high or high == NEVER:
             return low
         return high if low == NEVER else self._add(Branch(element, bound, low, high))
 
     def perform(self, action: Do, child: int) -> int:
-        """Return the action node."""
+        """Return the action node, or `NEVER` if its child is."""
         return NEVER if child == NEVER else self._add(Perform(action, child))
 
     def _add(self, node: Branch | Perform) -> int:
@@ -82,7 +82,7 @@ class Forest:
 
 
 class _Planting:
-    """Carries one diagram over, with what is known on the way."""
+    """Copies one diagram into the forest, with the ranges of entries that are known on each path."""
 
     def __init__(self, forest: Forest, manager: Manager, root: int) -> None:
         self.forest = forest
@@ -93,7 +93,7 @@ class _Planting:
         self.memo: dict[tuple[int, Known], int] = {}
 
     def _links(self) -> list[int]:
-        """Return by entry the entries, itself too, whose values bound its own, as a bit set."""
+        """Return for each entry a bit set of the entries, itself included, whose ranges may bound its own."""
         numbers = self.forest.numbers
         about = [
             [each for _, quantity in numbers.terms[element] for each in (quantity, *self.forest.above(quantity))]
@@ -112,7 +112,7 @@ class _Planting:
         return linked
 
     def _masks(self, root: int) -> dict[int, int]:
-        """Return by node the entries that what it needs to know is about, as a bit set."""
+        """Return for each node a bit set of the entries whose ranges matter at it or below."""
         needed = {NO: 0, YES: 0}
         for number in self.manager.below([root]):
             node = self.manager.node(number)
@@ -123,7 +123,7 @@ class _Planting:
         return needed
 
     def plant(self, number: int, known: Known = ()) -> int:
-        """Return the node for diagram `number` where `known` holds."""
+        """Return the forest node for diagram `number`, reduced under the ranges `known`."""
         node = self.manager.node(number)
         if node is None:
             return END
@@ -150,7 +150,10 @@ class _Planting:
         return self._search(self.tested[index], parts) if parts else NEVER
 
     def _search(self, element: int, parts: list[tuple[int, int]]) -> int:
-        """Return the tests that find the part in which the entry lies, by halving."""
+        """Return binary tests that find the child for the value of an element by bisection.
+
+        `parts`: the greatest value of each interval and its child, increasing.
+        """
         if len(parts) == 1:
             return parts[0][1]
         middle = (len(parts) + 1) // 2
@@ -158,7 +161,7 @@ class _Planting:
         return self.forest.branch(element, parts[middle - 1][0], low, high)
 
     def _range(self, index: int, known: Known) -> Range:
-        """Return the values that the entry can still have."""
+        """Return the range of values that the entry can still have under `known`."""
         numbers, element = self.forest.numbers, self.tested[index]
         low, high = numbers.spans[element]
         about = [item for item in known if self.linked[index] >> item[0] & 1]
@@ -199,7 +202,7 @@ class _Planting:
 
 
 def _above(quantity: Quantity) -> list[Quantity]:
-    """Return the counters that are never less than this one."""
+    """Return the counters that are always >= this quantity, because they count the same with fewer conditions."""
     match quantity:
         case Slots(_, slot, where, _):
             found: list[Quantity] = []
@@ -217,5 +220,5 @@ def _above(quantity: Quantity) -> list[Quantity]:
 
 
 def _learn(known: Known, index: int, span: Range) -> Known:
-    """Return what is known once the entry is found to lie in `span`."""
+    """Return `known` with the range of the entry replaced by `span`."""
     return tuple(sorted([item for item in known if item[0] != index] + [(index, span)]))

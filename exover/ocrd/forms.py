@@ -1,6 +1,6 @@
-"""Quantities and elements by number, so that diagrams and forests compare and look up nothing but integers.
+"""Numbers of quantities and elements, so that diagrams and forests compare and look up integers only.
 
-Numbers are given in the order in which things are first met, and mean nothing outside of one compilation.
+Numbers are given in the order of first use and are valid within one compilation.
 """
 
 import math
@@ -13,30 +13,33 @@ from exover.ocrd.vector import Element, Quantity, Vocabulary
 from exover.ocrd.view import Phases
 
 Factors = dict[int, int]
-"""`sum(factor * quantity)`, factors by the numbers of quantities."""
+"""A linear form `sum(factor * quantity)`: factors by the numbers of the quantities."""
 Case = tuple[int, Factors, int]
-"""Where the condition holds, a term has the value `form + constant`. No two cases of a term can be together."""
+"""A condition, a form and a constant: the value of a term is `form + constant` where the condition holds.
+
+The conditions of the cases of one term are disjoint.
+"""
 Range = tuple[int, int]
 """The least and the greatest value."""
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """The quantities and elements that were met so far, each in its place, and their ranges."""
+    """The quantities and elements so far, by number, and their ranges."""
 
     vocabulary: Vocabulary
     quantities: list[Quantity] = field(default_factory=list)
     ranges: list[Range] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
     terms: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
-    """By element, its factors and quantities."""
+    """For each element, its pairs of a factor and the number of a quantity."""
     spans: list[Range] = field(default_factory=list)
     counters: dict[tuple[str, int | None, Cond | None, Phases], Factors] = field(default_factory=dict)
-    """How many slots of a request, or only this one, are in one of the phases with such arguments."""
+    """The form that counts the slots of a request, or one slot, in these phases whose arguments satisfy a condition."""
     totals: dict[tuple[Used | Count, bool], Factors] = field(default_factory=dict)
-    """What all active slots count for together; with True, all that run."""
+    """The form of a `Used` or `Count` over all active slots; with True, over the running ones only."""
     _texts: list[str] = field(default_factory=list)
-    """By these terms are sorted: what classes of quantities are called decides the order of entries in the tables."""
+    """The `repr` of each quantity, by which the terms of an element are sorted: renaming a class changes the tables."""
     _quantity: dict[Quantity, int] = field(default_factory=dict)
     _element: dict[tuple[tuple[int, int], ...], int] = field(default_factory=dict)
     _form: dict[tuple[tuple[int, int], ...], tuple[int, int]] = field(default_factory=dict)
@@ -51,11 +54,11 @@ class Numbers:
         return number
 
     def find(self, quantity: Quantity) -> int | None:
-        """Return the number of a quantity; None if it was not met."""
+        """Return the number of a quantity; None if it has none yet."""
         return self._quantity.get(quantity)
 
     def element(self, form: Factors) -> tuple[int, int]:
-        """Return the number of the element, and the factor, of which a form is the product; some factor is not 0."""
+        """Return `(number, factor)` with `form = factor * element`; some factor of the form must not be 0."""
         key = tuple(form.items())
         if key not in self._form:
             self._form[key] = self._reduced(form)
@@ -86,7 +89,7 @@ def span(terms: tuple[tuple[int, int], ...], ranges: Mapping[int, Range] | Seque
 
 
 def plus(case: Case, other: Case) -> Case:
-    """Return the sum of two terms where the first case holds."""
+    """Return the sum of two cases, with the condition of the first."""
     longer, shorter = (case[1], other[1]) if len(case[1]) > len(other[1]) else (other[1], case[1])
     return case[0], add(dict(longer), shorter), case[2] + other[2]
 
@@ -102,5 +105,5 @@ def add(form: Factors, other: Factors, factor: int = 1) -> Factors:
 
 
 def scale(cases: list[Case], factor: int) -> list[Case]:
-    """Return `factor` times a term."""
+    """Return `factor` times a term given by cases."""
     return [(guard, {q: f * factor for q, f in form.items()}, constant * factor) for guard, form, constant in cases]

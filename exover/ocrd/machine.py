@@ -1,6 +1,6 @@
-"""The packed tables at work: a walker in Python, step for step what the C runtime does (docs/runtime.md).
+"""The walker of the tables in Python: step for step what the C runtime does (docs/runtime.md).
 
-It reads the decoded tables alone; the model is asked only for names. Answers are those of the reference interpreter.
+It reads the decoded tables; the model gives names, types and arguments. Answers are those of the reference interpreter.
 """
 
 from collections.abc import Iterable
@@ -31,7 +31,7 @@ from exover.ocrd.vector import OUTCOMES
 
 
 class Machine(Memory):
-    """A checker that runs: what it does with an event, on what it holds (`Memory`)."""
+    """A running checker: the steps, on the data of `Memory`."""
 
     def step(self, event: Event) -> tuple[Action, ...]:
         """Return the actions that answer the event."""
@@ -57,7 +57,7 @@ class Machine(Memory):
         return tuple(self.actions)
 
     def replay(self, events: Iterable[Event]) -> tuple[tuple[Action, ...], ...]:
-        """Return what is answered to each of these events, the first of which comes at the start."""
+        """Return the answers to these events, one by one, from the initial state."""
         self.restart()
         return tuple(self.step(event) for event in events)
 
@@ -96,7 +96,7 @@ class Machine(Memory):
                 assert_never(event)
 
     def _decide(self, request: int, args: Args) -> list[Node]:
-        """Return the path of the decision; the second channel must agree where it can tell."""
+        """Return the actions of the decision; asserts that the bit rows (`conflicts`) confirm it where they can."""
         self.load(request, args)
         path = self.walk(self.tables.requests[request].decide)
         first = path[0]
@@ -129,7 +129,7 @@ class Machine(Memory):
             self.actions.append(Waits(name, waits.rule, waits.because, required.rule if required else None))
 
     def _refuse(self, request: int, reason: int, launch: int | None) -> None:
-        """Reject a newcomer; without a word if the last step refused this required launch for the same rule."""
+        """Reject a newcomer; no action if the last step refused this required launch for the same rule."""
         required = None
         if launch is not None:
             self.refusing[launch] = reason
@@ -139,7 +139,7 @@ class Machine(Memory):
         self._say_rejected(request, self.reasons[reason], required)
 
     def _vacate(self, request: int, reason: Reason) -> None:
-        """Reject what stands in the waiting place."""
+        """Reject what is in the waiting place."""
         self.set_place(request, EMPTY, ())
         self._say_rejected(request, reason, self.place_rule[request])
 
@@ -150,9 +150,9 @@ class Machine(Memory):
     def _carry_out(
         self, request: int, args: Args, path: list[Node], required: Reason | None, launch_rule: Reason | None
     ) -> Reason | None:
-        """Do what the path of a decision says, that is no rejection; return what the newcomer waits for, if it does.
+        """Do the actions of a decision that is no rejection; return why the newcomer waits, None if it does not.
 
-        `launch_rule`: what the newcomer comes of; `required`: the same, if it is tried now.
+        `launch_rule`: the origin of the newcomer; `required`: its launch rule, if that requires it in this step.
         """
         waits = None
         for node in path:

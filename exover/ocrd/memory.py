@@ -1,6 +1,6 @@
-"""What a running checker holds: the state vector, the slots and places that it counts, the posters.
+"""The memory of a running checker: the state vector, the slots and waiting places, the reals that must be kept.
 
-Step for step what the C runtime does (docs/runtime.md); `exover.ocrd.machine` says when.
+Its operations do what those of the C runtime do (docs/runtime.md); `exover.ocrd.machine` calls them.
 """
 
 from dataclasses import field
@@ -23,7 +23,7 @@ EMPTY, WAITING, CLEARING = range(3)
 
 @dataclass
 class Memory:
-    """The state vector, what the slots and places hold, and what is remembered within a step."""
+    """The state vector, the contents of slots and waiting places, and what is remembered within a step."""
 
     model: Model
     tables: Tables
@@ -39,7 +39,7 @@ class Memory:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew, in the initial state."""
+        """Go back to the initial state."""
         tables = self.tables
         self.vector = list(self.initial)
         self.phase = [IDLE] * self.slots
@@ -72,7 +72,7 @@ class Memory:
             self.add(entry, value - self.vector[entry])
 
     def walk(self, node: int) -> list[Node]:
-        """Return the action nodes on the path that the vector takes from `node`."""
+        """Return the action nodes on the path from `node` that the state vector selects."""
         found = []
         while node != NONE:
             here = self.tables.nodes[node]
@@ -89,7 +89,7 @@ class Memory:
     # ---- arguments ----
 
     def load(self, request: int, values: Args) -> None:
-        """Put arguments, and results if there are any, into the entries that tests of them read."""
+        """Store arguments, and results if there are any, in the entries through which nodes test them."""
         row = self.tables.requests[request]
         for number, value in enumerate(values):
             param = self.tables.params[row.params + number]
@@ -109,7 +109,7 @@ class Memory:
         return float(values[side]) if side >= 0 else self.raw[self.tables.variables[-1 - side].raw]
 
     def _count(self, request: int, args: Args, slot: int, phase: str, sign: int) -> None:
-        """Count what holds `args` in (or, sign -1, out of) every feature of its request."""
+        """Add a slot or waiting place with these arguments to the counters of its request, or, sign -1, remove it."""
         row = self.tables.requests[request]
         features = self.tables.features[row.features : row.features_end]
         if any(feature.predicate != t.ALWAYS or feature.weight != NONE for feature in features):
@@ -141,7 +141,7 @@ class Memory:
         self.changed = True
 
     def read(self, variable: int, value: Value) -> None:
-        """Let a poster, state or latch read `value`."""
+        """Give a poster, state or latch this value, and update the counters that depend on it."""
         row = self.tables.variables[variable]
         held = [
             (request, slot, {RUNNING: "running", STOPPING: "stopping"}[self.phase[number]], self.slot_args[number])

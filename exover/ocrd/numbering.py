@@ -1,4 +1,4 @@
-"""Canonical numbers for the nodes of a forest: breadth first from the roots, every child after its parents."""
+"""Canonical numbers for the nodes of a forest: by level, the longest path from a root, so children follow parents."""
 
 from collections.abc import Iterable
 
@@ -6,13 +6,13 @@ from exover.ocrd.forest import END, Branch, Forest, Perform
 
 
 def below(node: Branch | Perform) -> tuple[int, ...]:
-    """Return the nodes that follow a node, ends left out."""
+    """Return the children of a node, without `END`."""
     after = (node.low, node.high) if isinstance(node, Branch) else (node.child,)
     return tuple(child for child in after if child != END)
 
 
 def number(forest: Forest, roots: Iterable[int]) -> list[int]:
-    """Return the nodes that the roots reach, by level (longest path from a root), then as they are first met."""
+    """Return the nodes that the roots reach, by level (longest path from a root), then in breadth-first order."""
     found: dict[int, int] = {}
     queue = [root for root in roots if root != END]
     for node in queue:
@@ -27,7 +27,7 @@ def number(forest: Forest, roots: Iterable[int]) -> list[int]:
 
 
 def longest(forest: Forest, roots: Iterable[int], reached: Iterable[int]) -> tuple[int, int, int, int]:
-    """Return the greatest number on a path from a root of: nodes, tests, actions, tests before the first action.
+    """Return the maxima over all paths from the roots of: nodes, tests, actions, tests before the first action.
 
     `reached` are the nodes that the roots reach.
     """

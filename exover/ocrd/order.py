@@ -1,20 +1,20 @@
-"""The order of the entries in one diagram: first the order of the demands, then sifting (Rudell 1993).
+"""The variable order of one diagram: first the order of the demands, then sifting (Rudell 1993).
 
-Each event has its own order. Asked in the order of the text, demands that name each other request once make a chain,
-which no order beats; sifting is for the rest. An action never moves above the tests that decide it, since it is a leaf
-of the tests above it.
+Each event has its own order. Demands that each read different entries, tested in the order of the text, make a chain,
+which no order improves; sifting is for the others. An action never moves above the tests that decide it, since for the
+tests above it is a leaf.
 """
 
 from exover.ocrd.diagram import NO, YES, Act, ElementNumber, Manager, Test, children, cofactors, merged, union
 
 WORK = 50_000
-"""How many nodes the swaps of one diagram may look at before sifting is content with what it has."""
+"""Nodes that the swaps of one diagram may visit before sifting stops."""
 GROWTH = 1.2
-"""How much larger a diagram may become on the way of one entry."""
+"""The factor by which a diagram may grow while one entry is moved."""
 
 
 def support(manager: Manager, roots: list[int]) -> list[ElementNumber]:
-    """Return the entries that diagrams test, roots in turn, each in the order of its manager, without repetition."""
+    """Return the entries that diagrams test, root by root, each in the variable order, without duplicates."""
     found: dict[int, None] = {}
     seen: set[int] = set()
     for root in roots:
@@ -24,7 +24,7 @@ def support(manager: Manager, roots: list[int]) -> list[ElementNumber]:
 
 
 def sift(manager: Manager, root: int) -> tuple[Manager, int]:
-    """Return the diagram under the best order that sifting finds, and its manager, perhaps a new one."""
+    """Return the manager and root of the diagram under the best order that sifting finds, perhaps the given ones."""
     nodes = [manager.node(number) for number in manager.below([root])]
     cuts = [(node.level, cut) for node in nodes if isinstance(node, Test) for cut in node.cuts]
     if len(set(cuts)) == len(cuts):
@@ -35,9 +35,9 @@ def sift(manager: Manager, root: int) -> tuple[Manager, int]:
 
 
 class Sifting:
-    """One diagram whose neighbouring levels can be swapped in place: a number keeps its meaning.
+    """One diagram whose adjacent levels can be swapped in place: each node number keeps its function.
 
-    Entries go by their level in the manager that the diagram is from. `size` is the number of binary tests and actions.
+    Entries are called by their level in the given manager. `size` is the number of binary tests and actions.
     """
 
     def __init__(self, manager: Manager, root: int) -> None:
@@ -64,14 +64,14 @@ class Sifting:
                     pass
 
     def run(self) -> None:
-        """Move each entry, the one with most nodes first, to where the diagram is smallest."""
+        """Sift each entry, the one with most nodes first, to the level where the diagram is smallest."""
         least = self._least()
         for entry in sorted(self.order, key=lambda entry: -len(self._testing[entry])):
             if self.size > least and self._work > 0:
                 self._place(entry)
 
     def result(self) -> tuple[Manager, int]:
-        """Return the diagram in a manager of its own."""
+        """Return a new manager with the diagram under the present order, and its root."""
         target = Manager(self.entries[entry] for entry in self.order)
         place = {entry: level for level, entry in enumerate(self.order)}
         found = {NO: NO, YES: YES}
@@ -91,11 +91,11 @@ class Sifting:
         return target, found[self.root]
 
     def _least(self) -> int:
-        """Return a lower bound of the size under any order: each cut of an entry once, and the actions."""
+        """Return a lower bound on the size under any order: the number of distinct cuts and of actions."""
         return len({(test.level, cut) for test in self.tests.values() for cut in test.cuts}) + len(self.acts)
 
     def _place(self, entry: int) -> None:
-        """Move one entry both ways, as long as the diagram does not grow too much, then to the best place seen."""
+        """Move one entry up and down until the diagram grows by more than GROWTH, then to the best level seen."""
         start = here = best = self.order.index(entry)
         smallest, most = self.size, GROWTH * self.size
         last = len(self.order) - 1
@@ -110,12 +110,12 @@ class Sifting:
             here = self._step(here, best)
 
     def _step(self, here: int, goal: int) -> int:
-        """Move the entry at this place by one towards `goal` and return where it is now."""
+        """Move the entry at this place by one towards `goal` and return its new place."""
         self.swap(here if here < goal else here - 1)
         return here + 1 if here < goal else here - 1
 
     def swap(self, place: int) -> None:
-        """Exchange the entries at `place` and the next one."""
+        """Swap the entries at `place` and the next place."""
         upper, lower = self.order[place : place + 2]
         self.order[place : place + 2] = lower, upper
         below = self._testing[lower]
@@ -126,7 +126,7 @@ class Sifting:
                 self._rewrite(number, test, below)
 
     def _rewrite(self, number: int, test: Test, below: dict[int, None]) -> None:
-        """Make a node that tests the entry above a node that first tests the one whose nodes are `below`."""
+        """Let a node that tests the upper entry test the lower one first, whose nodes are `below`; its number stays."""
         parts = [self.tests[child] if child in below else None for child in test.children]
         found = [part for part in parts if part]
         cuts = union(part.cuts for part in found)
@@ -162,7 +162,10 @@ class Sifting:
         self.size -= len(test.cuts)
 
     def _release(self, number: int) -> None:
-        """Take one user from a node; a test without users goes, and is no user of others. Actions always have some."""
+        """Decrement the reference count of a node; at 0, remove the test and release its children.
+
+        Action nodes never reach 0.
+        """
         self._users[number] -= 1
         if not self._users[number]:
             test = self.tests[number]

@@ -1,8 +1,8 @@
-"""The bytes of the tables, packed and decoded.
+"""The packed records of the tables: bytes written and decoded.
 
-All numbers have one width, the least of 2, 4 and 8 bytes that holds them. The bytes are little-endian: header, doubles,
-words, and a check word for each record and double, unless the bit rows alone keep everything that is unsafe from being
-launched.
+All words have one width, the least of 2, 4 and 8 bytes that holds every number. The bytes are little-endian: header,
+counts, doubles, words, and a check word for each record and double. There are no check words if the bit rows alone
+prevent every unsafe launch (`is_checked`).
 """
 
 import struct
@@ -59,35 +59,35 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("reasons", ReasonRow),
     ("invariants", InvariantRow),
 )
-"""The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
+"""The sections of records in the order of the bytes; `sums` (two words a record) and `lists` (one word) follow."""
 
 HEADER = struct.Struct("<4sHHIII32s")
-"""magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
+"""magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, SHA-256 of the spec."""
 COUNTS = len(SECTIONS) + 2
 START = HEADER.size + 4 * (COUNTS + 1)
-"""Where the doubles begin: behind the numbers of records and that of check words."""
+"""The offset of the doubles: after the header, the counts of records and the count of check words."""
 CODES = {2: "h", 4: "i", 8: "q"}
-"""The letters of `struct` by width."""
+"""The format characters of `struct` by width."""
 COVERED = ("nodes", "entries", "requests", "features", "limits", "conflicts", "reasons")
-"""Sections of specs that say nothing but which requests exclude each other."""
+"""The only nonempty sections of a spec that says nothing but which requests exclude each other."""
 
 
 class DamagedTable(ValueError):
-    """The bytes are no table, or not the table that was written."""
+    """The bytes are no table, or were changed after they were written."""
 
 
 def row(record: Any) -> tuple[int, ...]:
-    """Return the numbers of one record in the order of its fields."""
+    """Return the fields of one record in order."""
     return tuple([getattr(record, name) for name in record.__slots__])
 
 
 def words(tables: Tables) -> list[int]:
-    """Return all integers of the records in the order of the bytes."""
+    """Return all words of the records in the order of the bytes."""
     return list(chain.from_iterable(chain.from_iterable(_rows(tables))))
 
 
 def _rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
-    """Yield the numbers of the records, section by section."""
+    """Yield the records as tuples of words, section by section."""
     for name, kind in SECTIONS:
         yield zip(*(map(attrgetter(each.name), getattr(tables, name)) for each in fields(kind)), strict=True)
     yield tables.sums
@@ -95,8 +95,8 @@ def _rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
 
 
 def is_checked(tables: Tables) -> bool:
-    """Return whether records have check words: unless each has one slot, none has anything but conflicts, and whatever
-    is denied is denied for these. Then no diagram can launch against the bit rows.
+    """Return whether there are check words. There are none iff no section but those of COVERED is used, there are no
+    doubles, each request has one slot, and each reason implies a conflict: then the bit rows check every launch.
     """
     others = (name for name, _ in SECTIONS if name not in COVERED)
     return bool(
@@ -108,8 +108,9 @@ def is_checked(tables: Tables) -> bool:
 
 
 def checks(tables: Tables) -> list[int]:
-    """Return the check words, of each record and then of each double: the complement of all its words, added without
-    carry; none where the bit rows do as well.
+    """Return the check words, one for each record, then one for each double: the complement of the XOR of its words.
+
+    Empty unless `is_checked`.
     """
     if not is_checked(tables):
         return []
@@ -119,12 +120,12 @@ def checks(tables: Tables) -> list[int]:
 
 
 def counts(tables: Tables) -> list[int]:
-    """Return the number of records of every section."""
+    """Return the number of records of each section, in the order of the bytes."""
     return [*(len(getattr(tables, name)) for name, _ in SECTIONS), len(tables.sums), len(tables.lists)]
 
 
 def width(numbers: list[int]) -> int:
-    """Return the least of 2, 4, 8 bytes that holds every number; `OverflowError` if none does."""
+    """Return the least of 2, 4, 8 bytes that holds every number in two's complement; raises `OverflowError`."""
     low, high = min(numbers, default=0), max(numbers, default=0)
     for size in (2, 4, 8):
         edge = 1 << (8 * size - 1)
@@ -134,8 +135,7 @@ def width(numbers: list[int]) -> int:
 
 
 def pack(tables: Tables) -> bytes:
-    """Return the bytes of the tables: header, counts, doubles, words, check words; the same tables
-    give the same bytes."""
+    """Return the bytes of the tables: header, counts, doubles, words, check words. Equal tables give equal bytes."""
     numbers, checking = words(tables), checks(tables)
     size = width(numbers)
     body = struct.pack(f"<{COUNTS + 1}I", *counts(tables), len(checking))
@@ -149,7 +149,7 @@ def pack(tables: Tables) -> bytes:
 
 
 def decode(data: bytes) -> Tables:
-    """Return the tables that these bytes pack; `DamagedTable` if they pack none."""
+    """Return the tables that these bytes encode, the inverse of `pack`; raises `DamagedTable`."""
     if len(data) < START:
         raise DamagedTable("too short for a table")
     magic, version, size, flags, crc, real_count, digest = HEADER.unpack_from(data)

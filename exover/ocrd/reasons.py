@@ -1,13 +1,14 @@
-"""The reasons that answers give, numbered."""
+"""The numbers of the reasons that answers give."""
 
 from exover.model.decision import BUSY, Reason
 from exover.model.model import Model
 
 
 def reasons(model: Model) -> tuple[Reason, ...]:
-    """Return every reason a decision or a violation can have, `busy` first, then in the order of the text, each once.
+    """Return every reason that a decision or a violation can have, without duplicates: `busy` first, then guards, rules
+    and consumptions in the order of the text, then launch rules.
 
-    The tables hold indices of this list. A clause that consumes has its resource's name and its own text.
+    The tables hold indices into it. A `consumes` clause has the name of its resource and its own text.
     """
     placed = [(guard.place, Reason(guard.name, guard.because)) for r in model.requests for guard in r.guards]
     placed += [(rule.place, Reason(rule.name, rule.because)) for rule in model.rules]

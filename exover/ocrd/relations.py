@@ -1,4 +1,4 @@
-"""Linear forms compared with bounds, and terms given by cases, as diagrams."""
+"""Diagrams of comparisons of linear forms, and of terms given by cases, with constants."""
 
 from itertools import product
 from typing import assert_never
@@ -12,7 +12,7 @@ from exover.ocrd.vector import Quantity
 
 @dataclass(frozen=True)
 class Relations:
-    """Makes diagrams of one manager that compare sums of the quantities of one model."""
+    """Builds, in one manager, diagrams of comparisons of linear forms over the quantities of one model."""
 
     numbers: Numbers
     manager: Manager
@@ -46,14 +46,14 @@ class Relations:
         return self.manager.both(self.at_most(form, value), self.at_least(form, value))
 
     def compare_cases(self, op: Operator, cases: list[Case], bound: int) -> int:
-        """Return how the term given by cases compares with `bound`."""
+        """Return the condition `term op bound` for a term given by cases."""
         found = NO
         for guard, form, constant in cases:
             found = self.manager.either(found, self.manager.both(guard, self.relate(op, form, bound - constant)))
         return found
 
     def relate(self, op: Operator, form: Factors, bound: int) -> int:
-        """Return how `form` compares with `bound`."""
+        """Return the condition `form op bound`."""
         match op:
             case "<=":
                 return self.at_most(form, bound)
@@ -71,7 +71,7 @@ class Relations:
                 assert_never(op)
 
     def added(self, parts: list[list[Case]]) -> list[Case]:
-        """Return the sum of terms given by cases; cases that cannot be together are left out."""
+        """Return the sum of terms given by cases, as cases; those whose condition is false are left out."""
         alike: dict[tuple[int, ...], list[Case]] = {}
         for part in parts:
             guards = tuple(guard for guard, _, _ in part)

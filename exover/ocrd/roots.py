@@ -1,4 +1,4 @@
-"""All diagrams of a model, planted in one forest."""
+"""All diagrams of a model, in one forest."""
 
 from collections.abc import Callable
 from dataclasses import field
@@ -19,8 +19,10 @@ from exover.ocrd.vector import Vocabulary
 
 @dataclass
 class Roots:
-    """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate,
-    and for no event: by copy of a rule that only a launch could break."""
+    """The forest of a model and the roots of its diagrams: of requests, rule copies, launch rules, latches, predicates.
+
+    `invariants` are the roots of rule copies that only a launch could break; no event walks them.
+    """
 
     questions: DecisionContext
     forest: Forest
@@ -30,10 +32,10 @@ class Roots:
     launches: list[int] = field(default_factory=list)
     latches: list[int] = field(default_factory=list)
     predicates: dict[tuple[str, Cond], int] = field(default_factory=dict)
-    """By request and condition on its arguments; filled as they are asked for."""
+    """The roots by request and condition on its arguments; `predicate` adds them when they are first needed."""
 
     def predicate(self, request: str, where: Cond | None) -> int:
-        """Return the node that tells whether the arguments looked at satisfy `where`."""
+        """Return the root of the predicate "the loaded arguments satisfy `where`"."""
         if where is None or where == TRUE:
             return ALWAYS
         if (request, where) not in self.predicates:
@@ -43,7 +45,7 @@ class Roots:
         return self.predicates[request, where]
 
     def of_events(self) -> list[int]:
-        """Return the roots of what events walk, in the order in which nodes are numbered."""
+        """Return the roots of the diagrams that events walk, in the order in which nodes are numbered."""
         rules = [root for root, _ in self.rules]
         return [*self.decide, *rules, *self.launches, *self.latches, *self.predicates.values()]
 
@@ -53,7 +55,7 @@ class Roots:
 
 
 def grow(model: Model) -> Roots:
-    """Return the diagrams of a model: of its decisions, its rules that can come to be broken, launches and latches."""
+    """Return the diagrams of a model: of decisions, rules, launch rules and latches; predicates are added later."""
     questions = DecisionContext(Vocabulary(model))
     roots = Roots(questions, Forest(questions.numbers))
     roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
@@ -88,7 +90,7 @@ def _plant_latch(forest: Forest, questions: DecisionContext, latch: Latch) -> in
 
 
 def _plant(forest: Forest, questions: DecisionContext, build: Callable[[Decider], int]) -> int:
-    """Plant the diagram that `build` makes, under the best order found."""
+    """Build a diagram, sift it, add it to the forest and return its root."""
     source = Manager()
     root = build(Decider(questions, source))
     return forest.plant(*sift(source, root))
@@ -99,13 +101,13 @@ def _plant_decision(forest: Forest, questions: DecisionContext, name: str) -> in
 
 
 def decided(questions: DecisionContext, name: str) -> tuple[Manager, int]:
-    """Return the diagram of the decision on a request, and its manager."""
+    """Return the manager and the diagram of the decision on a request."""
     source = Manager()
     return composed(source, Decider(questions, source).decide(questions.model.request[name]))
 
 
 def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
-    """Return the diagram of a decision and its manager: entries as they are demanded, a choice before its options."""
+    """Return the manager and the diagram of a decision, under the variable order of `demanded`."""
     order = demanded(source, decision)
     if order == sorted(order, key=source.level):
         return source, decision.compose(source)
@@ -114,9 +116,10 @@ def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
 
 
 def demanded(source: Manager, decision: DecisionList) -> list[ElementNumber]:
-    """Return the entries of a decision in the order of its demands, each choice before all that it chooses among.
+    """Return the entries of a decision in the order of its conditions, each choice just before the entries that it
+    selects from.
 
-    It is not first of all: below tests that do not depend on it, its value would have to be remembered.
+    A choice is not put first of all: its value would have to be remembered below tests that do not depend on it.
     """
     tested = [support(source, [condition]) for condition in decision.conditions()]
     first: dict[ElementNumber, int] = {}

@@ -1,4 +1,4 @@
-"""Values put in for the parameters of the request whose clause a condition stands in."""
+"""Substitution of constants for `self.p`, the parameters of the request whose clause a condition is."""
 
 from typing import assert_never
 
@@ -22,7 +22,7 @@ from exover.model.expression import (
 
 
 def substitute(cond: Cond, values: dict[str, Const]) -> Cond:
-    """Return the condition with constants in place of the `self.p` named in `values`; two constants compare at once."""
+    """Return the condition with `values` substituted for every `self.p`; comparisons of two constants are folded."""
     match cond:
         case Compare(op, left, right):
             left, right = _replace(left, values), _replace(right, values)

@@ -1,4 +1,4 @@
-"""Conditions as diagrams over the state vector, in the present state or in one that a decision supposes."""
+"""Conditions as diagrams over the state vector, for the present state or one that a decision supposes."""
 
 import math
 from collections.abc import Collection, Iterator
@@ -61,11 +61,11 @@ from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
 @dataclass(frozen=True)
 class ConditionDiagrams(Relations):
-    """Reads conditions and terms of one model into the diagrams of one manager."""
+    """Translates conditions and terms of one model to diagrams of one manager."""
 
     @property
     def vocabulary(self) -> Vocabulary:
-        """What the quantities can be."""
+        """The quantities of the model."""
         return self.numbers.vocabulary
 
     # ---- conditions ----
@@ -98,7 +98,7 @@ class ConditionDiagrams(Relations):
                 assert_never(cond)
 
     def at_least_active(self, request: str, count: int, view: View = PRESENT) -> int:
-        """Return where at least `count` slots of the request are active, of which the view supposes nothing more."""
+        """Return where at least `count` slots of the request are active; the view must not touch the request."""
         return self.at_least(self._slots_form(request, None, None, view.phases), count)
 
     def slot_active(self, request: str, slot: int, view: View) -> int:
@@ -123,7 +123,7 @@ class ConditionDiagrams(Relations):
         return found
 
     def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: ParameterOwner | None) -> tuple[Cond, ...]:
-        """Return the parts, those that read only the arguments of a slot as one: one counter serves them all."""
+        """Return the parts, with those that read only the arguments of a slot joined, so one counter serves all."""
         if not subject or subject.slot is None:
             return parts
         pure = tuple(part for part in parts if self.vocabulary.pure(part))
@@ -152,8 +152,8 @@ class ConditionDiagrams(Relations):
     def _past(self, request: str, where: Cond | None, subject: ParameterOwner | None) -> int:
         """Return where the request has a past that satisfies `where`.
 
-        There is one past at most, so it satisfies a conjunction iff it does every part: what compares with one `self.p`
-        is told by as many flags as p has values, and not by as many as all of them have together.
+        There is at most one past, so connectives can be split. A part with one `self.p` then needs a flag for each
+        value of p, not for each combination of values of all parameters.
         """
         if where is not None and self._own(where):
             match where:
@@ -170,9 +170,9 @@ class ConditionDiagrams(Relations):
     def _by_own(
         self, kind: type[And] | type[Or], parts: tuple[Cond, ...], subject: ParameterOwner | None
     ) -> tuple[Cond, ...]:
-        """Return the parts, those without `self.p` as one, for one flag serves them all; first what has most flags.
+        """Return the parts: those with `self.p`, the one with most flags first, then those without it, joined.
 
-        What is asked before those, and more depends on, would have to be remembered below each of them.
+        Whatever is tested before the part with most flags would have to be remembered below all of them.
         """
         plain = tuple(part for part in parts if not self._own(part))
         owning = sorted(
@@ -181,7 +181,7 @@ class ConditionDiagrams(Relations):
         return (*owning, *((kind(plain),) if len(plain) > 1 else plain))
 
     def _values(self, where: Cond, subject: ParameterOwner | None) -> list[range]:
-        """Return the ordinals of every `self.p` in a condition."""
+        """Return for each `self.p` of a condition the range of its ordinals, in the order of `_own`."""
         names = self._own(where)
         assert subject is not None or not names
         types = [self.vocabulary.parameter_types[subject.request, name] for name in names if subject]
@@ -192,14 +192,14 @@ class ConditionDiagrams(Relations):
         return any(isinstance(effect, Forget) and request in effect.requests for effect in effects)
 
     def choices(self, cond: Cond, subject: ParameterOwner) -> Iterator[tuple[int, str]]:
-        """Yield the elements that `self.p` inside a `where` is, with the request of which they choose a counter."""
+        """Yield the element of each `self.p` inside a `where`, with the request of which it selects a counter."""
         for atom in atoms(cond):
             if isinstance(atom, Status | Past) and atom.where is not None:
                 for name in self._own(atom.where):
                     yield self.numbers.element(self.form(self._argument(name, subject)))[0], atom.request
 
     def counting(self, requests: Collection[str]) -> set[int]:
-        """Return the elements met so far that count what these requests hold, not all of it but some arguments."""
+        """Return the elements so far with a counter or flag of these requests that has a condition on arguments."""
         return {
             number
             for number, element in enumerate(self.numbers.elements)
@@ -208,11 +208,13 @@ class ConditionDiagrams(Relations):
         }
 
     def _own(self, where: Cond) -> list[str]:
-        """Return the p of every `self.p` in a condition."""
+        """Return the names p of all `self.p` in a condition, sorted."""
         return sorted({term.name for term in operands(where) if isinstance(term, Own)})
 
     def _without_own(self, where: Cond | None, subject: ParameterOwner | None) -> Iterator[tuple[int, Cond | None]]:
-        """Yield `where` with each possible choice of values for `self.p`, and the condition that they are these."""
+        """Yield `(guard, where')` for each choice of values of every `self.p`: `guard` says that these are the values,
+        and `where'` is `where` with them substituted, None if it is true. Choices that make it false are left out.
+        """
         if where is None or where == TRUE:
             yield YES, None
             return
@@ -246,7 +248,7 @@ class ConditionDiagrams(Relations):
         return self.compare_cases(op, self.added([self._cases(left, kind, view, subject), minus]), 0)
 
     def _type(self, term: ModelTerm, subject: ParameterOwner | None) -> Type | None:
-        """Return the type of a term if it is no integer expression and no constant."""
+        """Return the type of a parameter, reading or real constant; None for any other term."""
         match term:
             case Param(name):
                 assert subject is not None
@@ -329,7 +331,7 @@ class ConditionDiagrams(Relations):
         return found[-1] if found else None
 
     def consumed(self, resource: str, newcomer: Request | None, sign: int = 1) -> list[Case]:
-        """Return `sign` times what the newcomer consumes of a resource, by cases of its arguments."""
+        """Return `sign` times the amount of a resource that the newcomer consumes, by cases of its arguments."""
         clauses = [c for c in newcomer.consumptions if c.resource == resource] if newcomer else []
         return self.added([self._if_argument(newcomer, c.when, sign * c.amount) for c in clauses if newcomer])
 
@@ -339,7 +341,7 @@ class ConditionDiagrams(Relations):
         return [case for case in cases if case[0] != NO]
 
     def _total(self, term: Used | Count, view: View) -> list[Case]:
-        """Return what all active slots count for together."""
+        """Return the value of the term in the supposed state, by cases."""
         counted = self.vocabulary.counted(term)
         parts: list[list[Case]] = [[(YES, self._plain_total(term, view), 0)]]
         for request in filter(view.touches, counted):
@@ -350,7 +352,7 @@ class ConditionDiagrams(Relations):
         return self.added(parts)
 
     def _plain_total(self, term: Used | Count, view: View) -> Factors:
-        """Return what all active slots count for at present; `once_stopped`: those that run."""
+        """Return the value of the term in the present state; with `view.once_stopped`, over the running slots only."""
         key = (term, view.once_stopped)
         if key not in self.numbers.totals:
             total = self.numbers.totals[key] = {}
@@ -369,7 +371,7 @@ class ConditionDiagrams(Relations):
         return self.added(parts) if len(parts) > 1 else parts[0]
 
     def _slots(self, request: str, where: Cond | None, view: View, phases: Phases) -> list[Case]:
-        """Return the number of slots in these phases, those without that are taken as idle."""
+        """Return the number of slots in these phases, without those that the view takes as idle, by cases."""
         idles = view.idle.get(request, {})
         whole = idles.get(None, NO)
         if all(slot is None for slot in idles):
@@ -381,7 +383,7 @@ class ConditionDiagrams(Relations):
         return self.added(parts)
 
     def _unless(self, idle: int, form: Factors) -> list[Case]:
-        """Return `form`, but 0 where `idle` holds; also where that makes no difference because it is 0 elsewhere."""
+        """Return `form` as cases, 0 where `idle` holds; the constant 0 if `form` is 0 wherever `idle` does not hold."""
         if idle == NO:
             return [(YES, form, 0)]
         rest = self.manager.both(self.manager.negate(idle), self.at_least(form, 1))

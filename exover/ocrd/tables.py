@@ -1,7 +1,7 @@
-"""The tables: what the robot's checker reads, as numbers.
+"""The tables: the numbers that the checker on the robot reads.
 
-A table is a list of *sections*, each a list of records of small integers, and a list of doubles. docs/runtime.md
-describes every field for whoever reads the bytes (`exover.ocrd.packing`) without this program.
+Tables are *sections*, each a list of records of small integers, and a list of doubles. docs/runtime.md describes every
+field, for readers of the bytes (`exover.ocrd.packing`) without this program.
 """
 
 from bisect import bisect_right
@@ -24,7 +24,7 @@ POSTER, STATE, LATCH = range(3)
 SET, FORGET = range(2)
 """Codes of effects."""
 NO_DENIALS, CLEARINGS, ALL_DENIALS = range(3)
-"""Of a reason: which decisions for it show that a conflict of the newcomer is active."""
+"""Codes of reasons: which decisions for it imply that a request in conflict with the newcomer is active."""
 BLOCK = 16
 """Requests in one block of a bit row."""
 
@@ -33,8 +33,8 @@ BLOCK = 16
 class Node:
     """`code >= 0`: go to `low` if entry `code` is at most `bound`, else to `high`.
 
-    `code < 0`: do action `-code` for reason `bound`, then go to `low`; `high` is the action's target: a request, or
-    `-1 - slot` for one slot of all.
+    `code < 0`: do action `-code` for reason `bound`, then go to `low`; `high` is the target of the action: a request,
+    or `-1 - slot` for one slot, numbered over all requests.
     """
 
     code: int
@@ -45,7 +45,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """An entry of the state vector: initial value, rules to look at when it changes, sums of which it is a part."""
+    """An entry of the state vector: initial value, rules to evaluate when it changes, sums of which it is a part."""
 
     initial: int
     rules: int
@@ -56,9 +56,10 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class RequestRow:
-    """A request. Ranges `x .. x_end` are of the section of that name; `decide` is a node; `slots` the first of all.
+    """A request. `x .. x_end` are ranges in the section of that name; `decide` is the root of its decision; `slots` is
+    the number of its first slot among all slots.
 
-    `values`: where the arguments of its first slot stand among those of all slots and waiting places.
+    `values`: the index of the first argument of its first slot among those of all slots and waiting places.
     """
 
     decide: int
@@ -113,8 +114,8 @@ class OrderRow:
 
 @dataclass(frozen=True, slots=True)
 class FeatureRow:
-    """What a slot or waiting place counts for: if `predicate` agrees, the entry of its phase gets 1 more, or with
-    `weight` the value of that parameter; with `slot`, only that slot counts.
+    """What a slot or waiting place adds to counters: if `predicate` agrees, the entry of its phase is increased by 1,
+    or, with `weight`, by the value of that parameter; with `slot`, only that slot is counted.
     """
 
     predicate: int
@@ -136,7 +137,7 @@ class PastRow:
 
 @dataclass(frozen=True, slots=True)
 class AmountRow:
-    """An amount of a consumable, taken or given if `predicate` agrees."""
+    """An amount of a consumable, consumed or produced iff `predicate` agrees."""
 
     stock: int
     amount: int
@@ -156,8 +157,8 @@ class EffectRow:
 class VariableRow:
     """A poster, state or latch; for reals `low high initial fallback` are indices of doubles.
 
-    `raw`: where the value of a real is kept; `refresh`: requests in `lists` whose features read it; `orders`: pairs of
-    posters to compare anew.
+    `raw`: the index where the value of a real is kept; `refresh`: in `lists`, the requests whose features read it;
+    `orders`: pairs of posters to compare again when it changes.
     """
 
     role: int
@@ -180,7 +181,7 @@ class VariableRow:
 
 @dataclass(frozen=True, slots=True)
 class LatchRow:
-    """A latch: its variable, its condition, and in `lists` the requests whose report ok clears it."""
+    """A latch: its variable, the root of its condition, and in `lists` the requests whose report `ok` clears it."""
 
     variable: int
     condition: int
@@ -199,7 +200,7 @@ class StockRow:
 
 @dataclass(frozen=True, slots=True)
 class RuleRow:
-    """A rule that can come to be broken: the diagram that restores it, and its reason."""
+    """A rule that can come to be broken: the root of the diagram that restores it, and its reason."""
 
     root: int
     reason: int
@@ -207,7 +208,7 @@ class RuleRow:
 
 @dataclass(frozen=True, slots=True)
 class LaunchRow:
-    """A required launch: when, of what, with which arguments (`lists`; of a real the index of a double)."""
+    """A launch rule: root of its condition, request, arguments (`lists`; of a real the index of a double), reason."""
 
     condition: int
     request: int
@@ -217,7 +218,7 @@ class LaunchRow:
 
 @dataclass(frozen=True, slots=True)
 class LimitRow:
-    """Bounds: tests and actions of one walk, passes of steps 3 to 5 of one event, violations raised at its end."""
+    """Bounds: tests and actions of one walk, passes of one event, violations at the end of one event."""
 
     tests: int
     actions: int
@@ -235,14 +236,16 @@ class ConflictRow:
 
 @dataclass(frozen=True, slots=True)
 class ReasonRow:
-    """A reason: which decisions for it show that a conflict of the newcomer is active."""
+    """A reason: one of NO_DENIALS, CLEARINGS, ALL_DENIALS."""
 
     denials: int
 
 
 @dataclass(frozen=True, slots=True)
 class InvariantRow:
-    """A rule that only a launch could break, and that is in no bit row: the diagram that says so where it is broken."""
+    """A rule that only a launch could break, and that is in no bit row: the root of a diagram that raises a violation
+    where it is broken.
+    """
 
     root: int
     reason: int
@@ -250,7 +253,7 @@ class InvariantRow:
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """The decoded tables. `lists` and `sums` (entry, factor) are flat; indices count records, in `lists` words."""
+    """The decoded tables. Indices count the records of a section: pairs (entry, factor) in `sums`, words in `lists`."""
 
     digest: bytes
     flags: int
@@ -277,17 +280,17 @@ class Tables:
     reals: tuple[float, ...]
 
     def conflicting(self, request: int) -> frozenset[int]:
-        """Return the requests in the bit row of a request, by number."""
+        """Return the numbers of the requests in the bit row of a request."""
         row = self.requests[request]
         blocks = self.conflicts[row.conflicts : row.conflicts_end]
         return frozenset(BLOCK * each.block + bit for each in blocks for bit in range(BLOCK) if each.mask >> bit & 1)
 
     def request_of(self, slot: int) -> int:
-        """Return the number of the request that a slot is of; slots are counted over all requests."""
+        """Return the request of a slot, which is numbered over all requests."""
         return bisect_right(self.requests, slot, key=lambda row: row.slots) - 1
 
     def below(self, root: int) -> list[int]:
-        """Return the nodes of the diagram with this root, in increasing order: children after their parents."""
+        """Return the nodes of the diagram with this root in increasing order, so that children follow their parents."""
         found: set[int] = set()
         stack = [root]
         while stack:

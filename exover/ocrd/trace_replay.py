@@ -1,4 +1,4 @@
-"""Runs of a model and its tables: on the reference interpreter, and held against the walker of the tables."""
+"""Replay of traces on the walker of the tables, beside the reference interpreter."""
 
 from functools import cached_property
 
@@ -12,7 +12,7 @@ from exover.ocrd.tables import Tables
 
 @dataclass(frozen=True)
 class TraceReplay:
-    """The two interpreters in Python of what a model and its tables say, each made when it is first asked."""
+    """The reference interpreter of a model and the walker of its tables, each made at its first use."""
 
     model: Model
     tables: Tables
@@ -27,9 +27,9 @@ class TraceReplay:
         return Machine(self.model, self.tables)
 
     def agrees(self, trace: Trace) -> bool:
-        """Return whether the tables answer a run as it says."""
+        """Return whether the tables answer the events of a trace with exactly its actions."""
         return same(trace, self._machine.replay)
 
     def confirm(self, trace: Trace) -> None:
-        """Raise `Disagreement` unless the tables answer a run as it says."""
+        """Raise `Disagreement` unless the tables answer the events of a trace with exactly its actions."""
         confirm(trace, "the walker of the tables", self._machine.replay)

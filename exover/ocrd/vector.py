@@ -1,8 +1,8 @@
 """The state vector: the small integers that diagrams may test (docs/architecture.md).
 
 A *quantity* is one integer that the machine keeps: a reading, a flag, a counter of slots, the rank of a real among the
-constants it is compared with. An *element* is a linear form of quantities without constant; `v[i] <= k` on an element
-is the only test there is.
+constants that it is compared with. An *element* is a linear form of quantities without constant; the only kind of test
+is `v[i] <= k` on an element.
 """
 
 from bisect import bisect_left
@@ -65,14 +65,14 @@ class HasPast:
 
 @dataclass(frozen=True, slots=True)
 class LastOutcome:
-    """The index in `OUTCOMES` of how the last instance ended."""
+    """The index in `OUTCOMES` of the outcome of the last instance."""
 
     request: str
 
 
 @dataclass(frozen=True, slots=True)
 class Slots:
-    """How many slots of the request (or only slot `slot`) are in `phase` with arguments that satisfy `where`."""
+    """The number of slots of the request (or of slot `slot` only) in `phase` whose arguments satisfy `where`."""
 
     request: str
     slot: int | None
@@ -91,7 +91,7 @@ class SlotValue:
 
 @dataclass(frozen=True, slots=True)
 class InPlace:
-    """1 iff something that satisfies `where` stands in the waiting place, waiting or clearing as `phase` says."""
+    """1 iff the waiting place is in `phase` and its arguments satisfy `where`."""
 
     request: str
     where: Cond | None
@@ -100,7 +100,7 @@ class InPlace:
 
 @dataclass(frozen=True, slots=True)
 class Arg:
-    """The ordinal of an argument or result of the request that is looked at now."""
+    """The ordinal of an argument or result of the request whose arguments are loaded."""
 
     request: str
     param: str
@@ -108,7 +108,7 @@ class Arg:
 
 @dataclass(frozen=True, slots=True)
 class ArgRank:
-    """The rank of a real argument or result of the request that is looked at now."""
+    """The rank of a real argument or result of the request whose arguments are loaded."""
 
     request: str
     param: str
@@ -118,7 +118,7 @@ class ArgRank:
 class Order:
     """How two reals compare: `LEFT`, `SAME` or `RIGHT`.
 
-    A side is a parameter of the request that is looked at now, or a poster; `request` is None if both are posters.
+    A side is a parameter of `request`, whose arguments are loaded, or a poster; `request` is None if both are posters.
     """
 
     request: str | None
@@ -132,18 +132,18 @@ Element = tuple[tuple[int, Quantity], ...]
 
 
 Weights = dict[str, list[tuple[Cond | None, int]]]
-"""By request: a slot whose arguments satisfy the condition counts for so much."""
+"""For each request, conditions and amounts: a slot whose arguments satisfy a condition counts for its amount."""
 
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """What the quantities of a model can be: their ranges, and the constants that reals are compared with."""
+    """What a model says of its quantities: their ranges, and the constants that reals are compared with."""
 
     model: Model
 
     @cached_property
     def thresholds(self) -> dict[tuple[str | None, str], tuple[float, ...]]:
-        """The constants by (request, parameter), or by (None, poster), increasing."""
+        """The constants that a real is compared with, increasing, by (request, parameter) or (None, poster)."""
         found: dict[tuple[str | None, str], set[float]] = {}
         for request, cond in conditions(self.model):
             for subject, compare in comparisons(cond, request):
@@ -165,7 +165,7 @@ class Vocabulary:
 
     @cached_property
     def shares(self) -> dict[str, Weights]:
-        """The clauses that use a renewable resource, by resource and request."""
+        """The conditions and amounts of `uses` clauses, by resource and request."""
         found: dict[str, Weights] = {resource.name: {} for resource in self.model.resources}
         for request in self.model.requests:
             for share in request.shares:
@@ -173,7 +173,7 @@ class Vocabulary:
         return found
 
     def counted(self, term: Used | Count) -> Weights:
-        """Return which active slots count for how much in a term."""
+        """Return the amounts for which active slots count in a term."""
         return self.shares[term.resource] if isinstance(term, Used) else {name: [(None, 1)] for name in term.requests}
 
     def reading_type(self, name: str) -> Type:
@@ -182,7 +182,7 @@ class Vocabulary:
         return variable.type if variable else Bool()
 
     def pure(self, cond: Cond) -> bool:
-        """Return whether a condition reads the arguments of its subject alone, or these beside real posters."""
+        """Return whether each atom of a condition compares arguments of its subject, with constants or real posters."""
         for atom in atoms(cond):
             if not isinstance(atom, Compare):
                 return False
@@ -250,7 +250,7 @@ def ordinal_range(kind: Type) -> tuple[int, int]:
 
 
 def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
-    """Yield every condition of a model with the request whose parameters it reads, in the order of the text."""
+    """Yield every condition of a model with the request whose parameters it reads, None if it reads none."""
     for request in model.requests:
         for guard in request.guards:
             yield request.name, guard.condition
@@ -266,7 +266,7 @@ def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
 
 
 def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, Compare]]:
-    """Yield the comparisons of a condition with the request whose parameters they read, those in a `where` too."""
+    """Yield the comparisons of a condition, inside `where` too, each with the request whose parameters it reads."""
     for atom in atoms(cond):
         match atom:
             case Compare():
@@ -278,6 +278,6 @@ def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, C
 
 
 def same_arguments(request: Request, launch: Launch) -> Cond:
-    """Return the condition that the arguments of `request` are those of the required launch."""
+    """Return the condition that the arguments of `request` equal those of the launch rule."""
     pairs = zip(request.params, launch.args, strict=True)
     return And(tuple(Compare("==", Param(parameter.name), Const(value)) for parameter, value in pairs))

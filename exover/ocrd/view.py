@@ -1,4 +1,4 @@
-"""The states that a decision supposes, told by what differs from the present one."""
+"""The states that a decision supposes, described by their differences from the present state."""
 
 from dataclasses import field
 from typing import Literal
@@ -7,13 +7,13 @@ from exover.dataclass import dataclass
 from exover.model.model import Request
 
 KillTarget = tuple[str, int | None]
-"""All slots of a request, or one of them; the newcomer is none of these."""
+"""A request and one of its slots, or None for all; the slot of the newcomer is never meant."""
 Phases = tuple[Literal["running", "stopping"], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterOwner:
-    """Whose parameters `Param` reads: those of the request that is looked at now, or those of its slot `slot`."""
+    """Whose parameters `Param` reads: the loaded ones of a request, or those of its slot `slot`."""
 
     request: str
     slot: int | None = None
@@ -21,10 +21,10 @@ class ParameterOwner:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A supposed state: what differs from the present one.
+    """A supposed state, as differences from the present one.
 
-    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle`, by request and
-    slot or None for all, are idle where their condition holds; `once_stopped`: so are all stopping ones; what is
+    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied. `idle` maps a request and a slot, or
+    None for all, to the condition under which it is idle; with `once_stopped`, stopping slots are idle too. What is
     clearing at a request of `crowd` runs too.
     """
 
@@ -39,7 +39,7 @@ class View:
         return ("running",) if self.once_stopped else ("running", "stopping")
 
     def touches(self, request: str) -> bool:
-        """Return whether more or less slots of a request may be active than those in `phases`."""
+        """Return whether the view supposes another number of active slots of a request than those in `phases`."""
         newcomer = self.newcomer is not None and self.newcomer.name == request
         return newcomer or request in self.idle or request in self.crowd
 
