@@ -1,8 +1,8 @@
-"""Productions to nodes: what each name of a production in grammar.lark makes of its children.
+"""The semantic actions of the grammar: for each production of grammar.lark, how a reduction makes a node of the tree.
 
-Most make the node of that name of exactly their children, in their order. A child is a node, a tuple of nodes, a text,
-a bool, or None for a left-out part; a token that the grammar keeps comes as Name (words of the user), as Number, as
-str (strings, already decoded) or as Token (keywords and operators). The span of the production comes last.
+Most actions make the node of that name from exactly their children, in order. A child is a node, a tuple of nodes, a
+text, a bool, or None for a part that is left out; a token that the grammar keeps is a Name (words of the user), a
+Number, a str (strings, already decoded) or a Token (keywords and operators). The span of the production comes last.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ VALUES: dict[str, Callable[[Token], Any]] = {
     NUMBER: _number_of,
     STRING: lambda token: string_value(token.text),
 }
-"""What a token of these kinds counts for among the children of a production; any other is itself."""
+"""The value of a token of each of these kinds as a child of a production; a token of another kind is its own value."""
 
 
 def _listing(*parts: Any) -> tuple[Any, ...]:
@@ -33,7 +33,7 @@ def _listing(*parts: Any) -> tuple[Any, ...]:
 
 
 def _optional(*parts: Any) -> Any:
-    """Return the one child of an optional part, or None."""
+    """Return the child of an optional part, None if it is left out."""
     return parts[0] if len(parts) > 1 else None
 
 
@@ -254,5 +254,5 @@ ACTIONS: dict[str, Action] = {
 
 
 def _label(word: tree.Name | Token) -> tree.Name:
-    # The label's own span, without the colon that the production takes in.
+    # The span of the label alone, without the colon that is part of the production.
     return tree.Name(word.text, Span(word.start, word.end)) if isinstance(word, Token) else word

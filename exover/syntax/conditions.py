@@ -72,8 +72,8 @@ Target: TypeAlias = Listed | SelfTarget | AllTarget
 class Number:
     """``text`` is the literal without its sign: digits, perhaps a fraction, perhaps an exponent.
 
-    It has at most 1000 characters and an exponent of at most four digits. Where the grammar says INT it is digits
-    alone and not negative.
+    It has at most 1000 characters and an exponent of at most four digits. For an INT of the grammar it is digits only
+    and not negative.
     """
 
     text: str
@@ -91,7 +91,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A name where a value is due: an enum value or a const."""
+    """A name in the place of a value: an enum value or a const."""
 
     name: Name
     span: Span = field(compare=False)
@@ -184,7 +184,7 @@ class Product:
 
 @dataclass(frozen=True, slots=True)
 class Addend:
-    """One summand behind the first, with the sign that stands before it."""
+    """A summand after the first one, with the sign before it."""
 
     negative: bool
     term: Unit | Product
@@ -300,7 +300,7 @@ class Or:
 
 @dataclass(frozen=True, slots=True)
 class Implies:
-    """``left implies right``; it groups to the right."""
+    """``left implies right``; it is right-associative."""
 
     left: "Cond"
     right: "Cond"

@@ -1,4 +1,4 @@
-"""Bytes to text."""
+"""Decodes the bytes of a file."""
 
 from codecs import BOM_UTF8
 
@@ -6,11 +6,11 @@ from exover.diagnostics import Diagnostic
 from exover.source import Source
 
 MAX_BYTES = 16 * 1024 * 1024
-"""The largest file that is read."""
+"""The size of the largest file that is read."""
 
 
 def decode(name: str, data: bytes) -> Source | Diagnostic:
-    """Return the UTF-8 text of a file (a byte order mark at its beginning is passed over), or why it is none."""
+    """Return the UTF-8 text of a file, without a byte order mark at its beginning, or a diagnostic why it is none."""
     if len(data) > MAX_BYTES:
         return Diagnostic("E003", f"the file is too large: more than {MAX_BYTES // (1024 * 1024)} MiB", None)
     try:

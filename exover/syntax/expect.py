@@ -1,4 +1,4 @@
-"""What could have stood at a place, in words."""
+"""Messages of syntax errors: the expected tokens in words, and advice on the one that was found."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -52,7 +52,7 @@ _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] 
     (RELATIONS, _OPERATORS, ("an operator",)),
     (frozenset({"and", "+"}), _OPERATORS, ("an operator",)),
 )
-"""Where all kinds of the first set can stand, the words name those of the second."""
+"""If all kinds of token of the first set are expected, the words stand for all kinds of the second set."""
 
 _SYNOPSES = {
     "spec": "spec NAME;",
@@ -88,7 +88,7 @@ _SYNOPSES = {
     "forbid": "forbid LABEL: CONDITION by REMEDIES;",
     "launch": "launch LABEL: MODULE.REQUEST(VALUE) when CONDITION;",
 }
-"""The longest form of each statement, with the parts that most texts leave out."""
+"""The full form of each statement, with all optional parts."""
 
 _OUTCOMES = frozenset({"ok", "failed", "interrupted"})
 _ENDINGS = frozenset({"reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"})
@@ -101,7 +101,7 @@ _WORDS = {NAME: "a name", INT: "a whole number", STRING: "a string", END: "the e
 
 
 def expectation(expected: frozenset[str]) -> str:
-    """Return the kinds in words: "a clause or `}`"."""
+    """Return the expected kinds of token in words: "a clause or `}`"."""
     rest = set(expected)
     phrases: list[str] = []
     for marks, covered, words in _CATEGORIES:
@@ -116,21 +116,21 @@ def expectation(expected: frozenset[str]) -> str:
 
 
 def _rank(kind: str) -> tuple[bool, str]:
-    """Return a key of sorting: words come before punctuation, both in alphabetical order."""
+    """Return a sort key: words come before punctuation, both in alphabetical order."""
     return not kind.isalpha(), kind
 
 
 def found(token: Token) -> str:
-    """Return what stands there, in words."""
+    """Return the found token in words."""
     return "the end of the file" if token.kind == END else "a string" if token.kind == STRING else quote(token.text)
 
 
 def advice(
     token: Token, before: Token | None, expected: frozenset[str], keyword: str, following: Token | None = None
 ) -> str:
-    """Return the help line for a token that cannot stand where ``expected`` can, in the statement of ``keyword``.
+    """Return the help line for a token that is none of the ``expected``, in the statement that ``keyword`` begins.
 
-    ``following``: the token behind it.
+    ``before`` and ``following`` are its neighbours. The result is "" if there is no advice.
     """
     if expected & {"enum", "check", "request", "assume"}:
         return _beginning(token, following, expected)
@@ -147,7 +147,7 @@ def advice(
 
 
 def _beginning(token: Token, following: Token | None, expected: frozenset[str]) -> str:
-    """Return the advice where a statement could begin."""
+    """Return the advice on a token where a statement may begin."""
     if token.text in ITEMS and "assume" in expected:
         return f"`{token.text}` stands in a spec"
     hint = statement_hint(token, following, expected)
@@ -156,7 +156,7 @@ def _beginning(token: Token, following: Token | None, expected: frozenset[str]) 
 
 
 def _in_condition(token: Token, before: Token | None, expected: frozenset[str], following: Token | None) -> str:
-    """Return the advice where a term or an operator of a condition could stand."""
+    """Return the advice on a token where a term or an operator of a condition is expected."""
     text = token.text
     hint = condition_hint(token, before, following, expected)
     if hint:
@@ -188,8 +188,9 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
 
 
 def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
-    """Return the advice on a word where a form has to go on behind it: empty unless it belongs to another, as it is or
-    nearly; None if it is not such a word.
+    """Return the advice on ``before``, a word that may be a misspelt form of property: "" if it resembles none.
+
+    None if the place is another: ``before`` is no name, or `precedes` cannot follow it.
     """
     if before is None or before.kind != NAME or "precedes" not in expected:
         return None
@@ -201,12 +202,12 @@ def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
 
 
 def words(expected: Iterable[str]) -> list[str]:
-    """Return the keywords that may be meant among the kinds, by the alphabet; `part` is too near to `import`."""
+    """Return the keywords among the kinds in alphabetical order; not `part`, which resembles `import` too much."""
     return sorted(kind for kind in expected if kind.isalpha() and kind != "part")
 
 
 def _elsewhere(word: str) -> str:
-    """Return where a statement that begins with ``word`` stands, or ""."""
+    """Return a sentence on where a statement that begins with ``word`` may stand; "" if none does."""
     if word in CLAUSES:
         return f"`{word}` is a clause: it stands in the block of a request or of a context"
     if word in MEMBERS:
@@ -219,7 +220,7 @@ def _elsewhere(word: str) -> str:
 
 
 def statement(keyword: str) -> str:
-    """Return how to call the statement that ``keyword`` begins."""
+    """Return what a message calls the statement that ``keyword`` begins."""
     if keyword in CLAUSES:
         return f"the `{keyword}` clause"
     if keyword in RULES:
@@ -246,7 +247,7 @@ OPENINGS: dict[Start, Opening] = {
 
 
 def nothing_there(start: Start, at: int) -> Diagnostic:
-    """Return the report on a text without a word."""
+    """Return the diagnostic on a text without tokens."""
     word, _, what = OPENINGS[start]
     begins = "a spec begins" if start == "file" else "a properties file begins"
     return Diagnostic("E004", f"the file holds no {what}", Span(at, at), help=f"{begins} with `{word} NAME;`")

@@ -1,7 +1,7 @@
-"""Statements of a tree to their canonical text: parsed, it gives an equal tree, whose text is the same.
+"""Prints statements of a tree as canonical text: parsing the text gives an equal tree.
 
-Comments and the layout of the source are not in the tree and so not in the text. Parentheses stand only where the
-shape of the tree needs them. One statement a line; lines are not broken.
+The tree has no comments and no layout of the source, so the text has none of them. Parentheses are printed only where
+the shape of the tree needs them. Each statement is one line; lines are not broken.
 """
 
 from collections.abc import Iterable
@@ -104,7 +104,7 @@ def format_condition(condition: tree.Cond) -> str:
 
 
 def _inside(condition: tree.Cond, least: int) -> str:
-    """Return the text of a part, in parentheses if it binds less than ``least``."""
+    """Return the text of a part, in parentheses if its precedence is below ``least``."""
     text = format_condition(condition)
     return f"({text})" if _strength(condition) < least else text
 

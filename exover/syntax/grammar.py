@@ -1,7 +1,7 @@
-"""The parse tables that lark's LALR(1) construction makes of grammar.lark, in the shape that machine.py walks.
+"""The LALR(1) parse tables of grammar.lark, which lark constructs, in the form that machine.py uses.
 
-Making them takes longer than reading most specs, so they are kept beside the grammar as grammar.json. It bears the
-digest of the grammar that it was made of: with another grammar the tables are made anew. To write the file:
+Their construction takes longer than parsing most specs, so they are stored beside the grammar as grammar.json. The file
+holds the digest of its grammar; if that differs, the tables are constructed again. To write the file:
 ``python -m exover.syntax.grammar``.
 """
 
@@ -18,18 +18,18 @@ _LARK = Path(__file__).with_name("grammar.lark")
 _JSON = Path(__file__).with_name("grammar.json")
 
 Start = Literal["file", "properties"]
-"""What a text is: a spec, or a properties file."""
+"""The start symbols: `file` of a spec or a part, `properties` of a properties file."""
 
 _KINDS = {"NAME": NAME, "INT": INT, "NUM": NUMBER, "STRING": STRING, "$END": END}
 
 
 @dataclass(frozen=True, slots=True)
 class Production:
-    """One way to make the symbol ``origin`` of ``size`` symbols.
+    """A production: the symbol ``origin`` derives ``size`` symbols.
 
-    The node is ``action`` of the children that ``keep`` names by index; a negative index ``~i`` is the list of a
-    repetition, put in flat, and None is a left-out optional part. ``action`` is "" for a repetition, whose value is the
-    list itself. If ``single``, a lone child stands for itself; ``passes`` iff that is all that it ever does.
+    A reduction applies ``action`` to the children whose indices are in ``keep``; there ``~i`` stands for the elements
+    of the list of a repetition, and None for an optional part left out. ``action`` is "" for a repetition, whose
+    value is a list. If ``single``, a lone child is the value itself; ``passes`` iff the production has only that child.
     """
 
     origin: str
@@ -42,9 +42,10 @@ class Production:
 
 @dataclass(frozen=True, slots=True)
 class Grammar:
-    """``actions[state][kind]`` is the state to shift to or the production to reduce by; ``gotos[state][origin]``.
+    """The tables: ``actions[state][kind]`` is the state to shift to or the production to reduce by;
+    ``gotos[state][origin]`` is the state after a reduction.
 
-    ``ends``: for each start rule the state to begin in and the one in which a text is accepted.
+    ``ends``: for each start symbol the initial and the accepting state.
     """
 
     actions: tuple[dict[str, int | Production], ...]
@@ -54,7 +55,7 @@ class Grammar:
 
 @cache
 def grammar() -> Grammar:
-    """Return the tables, once a process."""
+    """Return the tables; they are read or constructed once in a process."""
     text = _LARK.read_text("utf-8")
     if _JSON.is_file():
         data = json.loads(_JSON.read_text("utf-8"))
@@ -70,7 +71,7 @@ def make(text: str) -> Grammar:
     from lark.parsers.lalr_analysis import Shift
 
     class NoLexer(Lexer):
-        """Spares lark the making of a lexer: lex.py is the lexer."""
+        """Takes the place of lark's lexer, which is not needed: lex.py is the lexer."""
 
         def __init__(self, _conf: object) -> None: ...
 
@@ -100,7 +101,7 @@ def make(text: str) -> Grammar:
 
 
 def _numbering(states: dict[int, dict[str, Any]], starts: list[int], shift: object) -> dict[int, int]:
-    """Return new numbers of the states, breadth first from ``starts``; lark's own depend on the order of its sets."""
+    """Return canonical numbers of the states, breadth first from ``starts``; lark's depend on the order of its sets."""
     number = {start: index for index, start in enumerate(starts)}
     for state in (order := list(starts)):
         for _, (action, target) in sorted(states[state].items()):
@@ -111,7 +112,7 @@ def _numbering(states: dict[int, dict[str, Any]], starts: list[int], shift: obje
 
 
 def _production(rule: Any) -> Production:
-    """Return a rule of lark as a production; tokens written as text in the grammar carry nothing and are left out."""
+    """Return a rule of lark as a production; tokens written as literals in the grammar are not kept as children."""
     options = rule.options
     origin = rule.origin.name
     keep: list[int | None] = []
@@ -140,7 +141,7 @@ def _digest(text: str) -> str:
 
 
 def packed(text: str) -> str:
-    """Return grammar.json for the grammar ``text``: productions in a list, a reduction by number n written ``~n``."""
+    """Return grammar.json for the grammar ``text``; a reduction by the production of number n is written ``~n``."""
     tables = make(text)
     numbers: dict[Production, int] = {}
     for row in tables.actions:

@@ -1,4 +1,4 @@
-"""What newcomers write as other languages have it, and how it is written here."""
+"""Advice on what newcomers write as in other languages, and how it is written here."""
 
 from collections.abc import Mapping
 
@@ -69,7 +69,7 @@ TYPES: Mapping[str, str] = {
     **dict.fromkeys(("boolean", "flag"), "write `bool`"),
     **dict.fromkeys(("string", "str", "text", "char", "enum"), "write the values that it can have: `{idle, busy}`"),
 }
-"""What to write instead of a type of other languages."""
+"""What to write instead of type names of other languages."""
 _WORDS: Mapping[str, str] = {
     **dict.fromkeys(("is", "equals", "eq"), "compare with `==`"),
     "xor": "write `(a and not b) or (not a and b)`; of two bools `a != b`",
@@ -80,7 +80,7 @@ _WORDS: Mapping[str, str] = {
     **dict.fromkeys(("if", "when", "while"), "join conditions with `and`"),
     **dict.fromkeys(("after", "within", "for", "since"), "rules know no time: let a poster tell that it has passed"),
 }
-"""Words in a condition, where an operator could stand."""
+"""Advice on words in a condition where an operator is expected; of other languages, or out of place."""
 RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
 _UNTIL = "`until` lists the requests that end it as they end well: `until MODULE.REQUEST, MODULE.REQUEST`"
 _FORMS = frozenset({"never", "always", "possible"})
@@ -91,7 +91,7 @@ _WITH = "arguments are asked for with `with`: `active(MODULE.REQUEST with PARAME
 
 
 def statement_hint(token: Token, following: Token | None, expected: frozenset[str]) -> str:
-    """Return the advice for a token where a statement could begin."""
+    """Return the advice on a token where a statement may begin, "" if there is none."""
     if token.text == ";":
         return "leave it out: a statement ends with one `;`, a block with `}` alone"
     if _comment(token, following):
@@ -101,12 +101,12 @@ def statement_hint(token: Token, following: Token | None, expected: frozenset[st
 
 
 def _comment(token: Token, following: Token | None) -> bool:
-    """Return whether `--` begins here, a comment of other languages."""
+    """Return whether these two tokens are `--`, a comment in other languages."""
     return token.text == "-" and following is not None and (following.text, following.start) == ("-", token.end)
 
 
 def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> str:
-    """Return the advice behind a word that stands where a type does."""
+    """Return the advice on a token after ``before``, a word in the place of a type."""
     if before is None:
         return ""
     if before.text == "int" and expected == {"in"}:
@@ -117,7 +117,7 @@ def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> s
 
 
 def list_hint(token: Token, before: Token | None, expected: frozenset[str], keyword: str) -> str:
-    """Return the advice in a list of requests, in the statement of `keyword`."""
+    """Return the advice on a token in a list of requests, in the statement that `keyword` begins."""
     if keyword == "const":
         return ""  # it has a value and no list
     if keyword == "latch" and token.text in RELATIONS:
@@ -134,7 +134,7 @@ def list_hint(token: Token, before: Token | None, expected: frozenset[str], keyw
 
 
 def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
-    """Return the advice in a part of a statement that is neither a list nor a condition."""
+    """Return the advice on a token in a part of a statement that is neither a list nor a condition."""
     if before.text == "because":
         if token.kind == STRING:
             return "leave out the `,` before `because`"
@@ -161,7 +161,7 @@ def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
 
 
 def condition_hint(token: Token, before: Token | None, following: Token | None, expected: frozenset[str]) -> str:
-    """Return the advice in a condition, where an operator or a term could stand."""
+    """Return the advice on a token in a condition, where an operator or a term is expected."""
     text = token.text
     pair = text + (following.text if following and following.start == token.end else "")
     previous = before.text if before else ""
@@ -203,7 +203,7 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
 
 
 def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
-    """Return the advice behind a word that is used as a predicate or a temporal operator."""
+    """Return the advice on a token after `previous`, a word used as a predicate or a temporal operator."""
     if previous in ("A", "E") and "[" in expected:
         return (
             f"`ctl` has `{previous}F`, `{previous}G`, `{previous}X` and `{previous} [p U q]`, `ltl` is about all runs"

@@ -1,4 +1,4 @@
-"""The files of a spec as one text: a part stands, once, where it is first included (docs/language.md section 10)."""
+"""The files of a spec as one text: each part once, where it is first included (docs/language.md section 10)."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -15,10 +15,10 @@ from exover.syntax.parse import parse, parse_file
 from exover.syntax.tree import Include, Item, Part, Spec
 
 MAX_NESTED = 64
-"""Files of which each includes the next."""
+"""The most files of which each includes the next."""
 
 ReadPart = Callable[[str, int], bytes]
-"""Returns what a file holds, so many bytes of it at the most; raises `OSError` if it cannot be read."""
+"""Returns the content of a file, at most so many bytes of it; raises `OSError` if it cannot be read."""
 
 ParseSpec = Callable[[Source], tuple[Spec | None, tuple[Diagnostic, ...]]]
 
@@ -26,8 +26,8 @@ ParseSpec = Callable[[Source], tuple[Spec | None, tuple[Diagnostic, ...]]]
 class Gathered(NamedTuple):
     """A spec as one text.
 
-    `source` is its text with those of its parts, `spec` the tree of all, None iff there are `mistakes`. `order`: the
-    spans that are the one text, one behind the other.
+    `source` is its text with those of its parts, `spec` the tree of all of it, None iff there are `mistakes`. `order`:
+    the spans whose concatenation is the one text.
     """
 
     source: Source
@@ -37,9 +37,9 @@ class Gathered(NamedTuple):
 
 
 def gather(source: Source, read: ReadPart | None, parse: ParseSpec = parse) -> Gathered:
-    """Return a spec with all that it includes. Names of files in it are relative to where `source` is, by its name.
+    """Return a spec with all that it includes. Paths in a file are relative to the folder of that file.
 
-    Without `read` the text has no place, and includes nothing. `parse` returns the tree of the text, or what is wrong.
+    Without `read` the text stands in no folder, and any include is a mistake. `parse` parses the text of the spec.
     """
     tree, mistakes = parse(source)
     if tree is None or not any(isinstance(item, Include) for item in tree.items):
@@ -53,18 +53,18 @@ def gather(source: Source, read: ReadPart | None, parse: ParseSpec = parse) -> G
 
 
 def parts_of(source: Source) -> ReadPart:
-    """Return what reads the parts of a text that was gathered, as they were read then."""
+    """Return a reader of the parts of a gathered text, which returns their texts from memory."""
     texts = {part.name: part.text for part in source.parts}
     return lambda path, most: texts[path].encode("utf-8", "surrogatepass")[:most]
 
 
 def one_text(gathered: Gathered) -> str:
-    """Return the one text: the spans of `order`, with a line end behind each."""
+    """Return the one text: the text of each span of `order`, followed by a newline."""
     return "".join(gathered.source.slice(span) + "\n" for span in gathered.order)
 
 
 def original(gathered: Gathered, offset: int) -> int:
-    """Return the offset in the files of what is at an offset of the one text."""
+    """Return the offset in the files that an offset of the one text stands for."""
     for span in gathered.order:
         length = span.end - span.start
         if offset <= length:
@@ -74,7 +74,7 @@ def original(gathered: Gathered, offset: int) -> int:
 
 
 class _Reader:
-    """The parts that are read so far; `order` as in `Gathered`."""
+    """Reads the parts; it holds those read so far. `order` as in `Gathered`."""
 
     def __init__(self, root: Source, read: ReadPart | None) -> None:
         self.parts: list[Source] = []
@@ -87,7 +87,10 @@ class _Reader:
         self._end = root.end
 
     def items(self, file: Source, tree: Spec | Part, chain: tuple[str, ...], start: int) -> Iterator[Item]:
-        """Yield what stands in a file and in what it includes. `chain`: the files that lead to it, and it itself."""
+        """Yield the items of a file, with those of its parts in the place of the includes.
+
+        `chain`: the files from the spec to this one; `start`: the offset where its text begins, after the head.
+        """
         for item in tree.items:
             if isinstance(item, Include):
                 self.order.append(Span(start, item.span.start))
@@ -113,7 +116,7 @@ class _Reader:
             yield from self.items(part, tree, (*chain, part.name), _behind_head(part))
 
     def _name(self, file: Source, include: Include, chain: tuple[str, ...]) -> str:
-        """Return the name of a file that is included here first; nothing if it is not, or cannot be."""
+        """Return the name of an included file; "" if it was included before, or cannot be included (noted)."""
         fault = _fault(include.path)
         if fault:
             self._refuse("E008", f"{quote(include.path)} {fault}", include)
@@ -136,7 +139,7 @@ class _Reader:
         return ""
 
     def _part(self, name: str, include: Include) -> Source | None:
-        """Return the text of a file; None if there is none, which is noted."""
+        """Return the text of an included file; None, with a mistake noted, if it cannot be read."""
         assert self._read
         try:
             data = self._read(name, max(self._room, 0) + 1)
@@ -160,7 +163,7 @@ class _Reader:
 
 
 def _of_part(mistake: Diagnostic) -> Diagnostic:
-    """Return what is wrong with a text, of one that is included and so has to be a part."""
+    """Return a mistake of an included text; that it is empty is worded for a part."""
     if mistake.code != "E004":
         return mistake
     return replace(mistake, message="the file holds no part", help="begin it with `part NAME;`")
@@ -171,7 +174,7 @@ def _reason(error: OSError | ValueError) -> str:
 
 
 def _fault(path: str) -> str:
-    """Return why a path cannot stand in an include, or nothing."""
+    """Return why a path is not allowed in an include, "" if it is."""
     if not path or path.endswith("/"):
         return "names no file"
     if path.startswith("/") or PureWindowsPath(path).drive:
@@ -182,12 +185,12 @@ def _fault(path: str) -> str:
 
 
 def joined(name: str, path: str) -> str:
-    """Return the name of a file by its path from another one; `..` is taken away where it does not lead elsewhere."""
+    """Return the name of a file by its path from another file; `..` is removed unless a symbolic link forbids it."""
     joined = os.path.join(os.path.dirname(name), *path.split("/"))
     plain = os.path.normpath(joined)
     return plain if os.path.realpath(plain) == os.path.realpath(joined) else joined
 
 
 def _behind_head(part: Source) -> int:
-    """Return the offset behind `part NAME;`."""
+    """Return the offset after `part NAME;`."""
     return list(islice(tokens(part.text, [], base=part.base), 3))[-1].end

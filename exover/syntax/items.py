@@ -35,7 +35,7 @@ class Kill:
 
 
 Remedy: TypeAlias = Reject | Wait | Kill
-"""A list of remedies is empty where the text has none."""
+"""A list of remedies is empty if the text has none."""
 
 # Clauses of a request
 
@@ -371,7 +371,7 @@ Rule: TypeAlias = Mutex | MutexOver | Limit | Forbid | Launch
 
 @dataclass(frozen=True, slots=True)
 class Include:
-    """``include "path";``: what stands in another file."""
+    """``include "path";``: the items of another file."""
 
     path: str
     span: Span = field(compare=False)
@@ -382,7 +382,7 @@ Item: TypeAlias = Enum | Const | Define | Group | Module | Poster | Latch | Reso
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """``spec name;`` and the items of the file, in the order of the text; once gathered, with those of its parts."""
+    """``spec name;`` and the items of the file in order; after `gather`, those of its parts replace the includes."""
 
     name: Name
     items: tuple[Item, ...]
@@ -391,7 +391,7 @@ class Spec:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """``part name;`` and the items of the file: what a spec may include."""
+    """``part name;`` and the items of the file, which a spec may include."""
 
     name: Name
     items: tuple[Item, ...]

@@ -1,6 +1,6 @@
-"""One canonical layout of a text: its tokens and comments in their order, blanks and line ends anew.
+"""The canonical layout of a text: the same tokens and comments in the same order, with new blanks and line ends.
 
-Nothing but blanks changes, so the meaning cannot, and what is laid out is read back to make sure.
+Only blanks change, so the meaning stays; the result is scanned again to check that.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,7 +14,7 @@ from exover.syntax.lexemes import Comment, Lexeme, lexemes
 from exover.syntax.parse import parse_file, parse_properties
 
 WIDTH = 100
-"""Columns of a line, unless a part that cannot be broken takes more."""
+"""The columns of a line; only a part that cannot be broken may be longer."""
 INDENT = 4
 _HEADS = frozenset({"spec", "part", "for"})
 _BLOCKS = frozenset({"module", "context", "request"})
@@ -24,19 +24,19 @@ _CALLED = frozenset(
     {"active", "running", "stopping", "waiting", "past", "last", "used", "level"}
     | {"asked", "launched", "rejected", "killed", "ended", NAME}
 )
-"""Kinds behind which a `(` opens arguments."""
+"""Kinds of token after which a `(` opens arguments."""
 _OPERANDS = _CALLED | {INT, NUMBER, ")"}
-"""Kinds behind which a `-` takes away; elsewhere it is a sign."""
+"""Kinds of token after which a `-` is subtraction; elsewhere it is a sign."""
 _OPEN, _CLOSE = frozenset({"(", "[", "{"}), frozenset({")", "]", "}"})
 _BREAKS = frozenset(
     {"returns", "fails", "instances", "over", "by", "else", "because", "when", "until", "precedes", "leads"}
     | {"and", "or", "implies", "&", "|", "->", "<->"}
 )
-"""Kinds before which a line may be broken; behind a `,` and the name of a property it may be, too."""
+"""Kinds of token before which a line may be broken; it may also be broken after a `,` and the head of a property."""
 
 
 class Altered(Exception):
-    """The layout would not read back as what was laid out: a fault of this module, never of a text."""
+    """The result has other tokens or comments than the text: a fault of this module, never of the text."""
 
 
 def formatted(source: Source) -> tuple[str | None, tuple[Diagnostic, ...]]:
@@ -47,7 +47,7 @@ def formatted(source: Source) -> tuple[str | None, tuple[Diagnostic, ...]]:
 
 
 def start_of(source: Source) -> Start:
-    """Return what a text is by the name of its file; if that tells nothing, by its first word."""
+    """Return the start symbol of a text: by the suffix of its file name, else by its first token."""
     if source.name.endswith((".exo", ".prop")):
         return "properties" if source.name.endswith(".prop") else "file"
     return "properties" if next(tokens(source.text, [])).text == "for" else "file"
@@ -56,7 +56,7 @@ def start_of(source: Source) -> Start:
 def laid_out(text: str, start: Start) -> str:
     """Return a text without mistakes in the canonical layout, with a newline at its end.
 
-    Raises `Altered` if what it would return were not the same tokens and comments.
+    Raises `Altered` if the result has not the same tokens and comments.
     """
     found = list(lexemes(text.replace("\r\n", "\n"), start))
     lines = _Lines()
@@ -74,7 +74,7 @@ def _content(found: Iterable[Lexeme]) -> list[tuple[str, str, tuple[str, ...]]]:
 
 @dataclass(slots=True)
 class _Statement:
-    """The tokens of a line and of those that continue it; `depth`: how many blocks it stands in."""
+    """The tokens of one statement, on one line or several; `depth`: the number of blocks around it."""
 
     depth: int
     parts: list[Lexeme]
@@ -91,7 +91,7 @@ class _Statement:
 
 
 def _statements(found: list[Lexeme]) -> Iterator[_Statement]:
-    """Yield what stands on lines of its own: statements, heads of blocks, closing braces; last the end."""
+    """Yield what begins a new line: statements, heads of blocks, closing braces, and last the end of the text."""
     depth = lists = 0
     parts: list[Lexeme] = []
     for number, lexeme in enumerate(found):
@@ -112,7 +112,7 @@ def _statements(found: list[Lexeme]) -> Iterator[_Statement]:
 
 
 def _is_block(parts: list[Lexeme]) -> bool:
-    """Return whether the brace at the end opens a block, and no list of values."""
+    """Return whether the last token, a `{`, opens a block, not a list of values."""
     return parts[0].kind in _BLOCKS and parts[-2].kind not in (":", "in")
 
 
@@ -145,7 +145,7 @@ class _Lines:
             self.done += [""] * gaps[-1] + _broken(statement)
 
     def _gaps(self, statement: _Statement, newlines: list[int]) -> list[bool]:
-        """Return before which comments of a statement, and whether before itself, an empty line stands."""
+        """Return whether an empty line comes before each comment of a statement and, last, before the statement."""
         gaps = [number > 1 for number in newlines]
         if statement.closes:
             gaps[-1] = False
@@ -157,7 +157,7 @@ class _Lines:
 
 
 def _apart(before: _Statement, statement: _Statement) -> bool:
-    """Return whether an empty line always stands between two statements: around blocks, and behind the head."""
+    """Return whether an empty line is forced between two statements: around top-level blocks and after the head."""
     if before.depth or statement.depth or statement.closes:
         return False
     return before.parts[0].kind in _HEADS | {"}"} or statement.parts[0].kind in _BLOCKS
@@ -168,9 +168,9 @@ def _apart(before: _Statement, statement: _Statement) -> bool:
 
 @dataclass(slots=True)
 class _Unit:
-    """What is not broken; `level`: how many brackets are open before it.
+    """A text that is not broken; `level`: the number of open brackets before it.
 
-    `space`: a blank stands before it on its line, `new`: it begins a line.
+    `space`: a blank separates it from what is before it on a line; `new`: it must begin a line.
     """
 
     text: str
@@ -188,7 +188,7 @@ def _broken(statement: _Statement) -> list[str]:
 
 
 def _fill(lines: list[str], indent: str, units: list[_Unit]) -> None:
-    """Add units to the last of the lines, and to further ones, broken where the fewest brackets are open."""
+    """Append units to the last line, and to further lines, broken where the fewest brackets are open."""
     level = min((unit.level for unit in units[1:] if not unit.new), default=0)
     groups: list[list[_Unit]] = []
     for unit in units:
@@ -210,7 +210,7 @@ def _fill(lines: list[str], indent: str, units: list[_Unit]) -> None:
 
 
 def _put(lines: list[str], indent: str, group: list[_Unit]) -> None:
-    """Add a group to a line that is new."""
+    """Append a group to an empty line."""
     if len(indent) + len(_joined(group, False)) > WIDTH and len(group) > 1:
         _fill(lines, indent, group)
     else:
@@ -218,13 +218,13 @@ def _put(lines: list[str], indent: str, group: list[_Unit]) -> None:
 
 
 def _joined(units: list[_Unit], follows: bool) -> str:
-    """Return units on one line; `follows`: something stands before them there."""
+    """Return units on one line; `follows`: the line has something before them."""
     text = "".join(" " * unit.space + unit.text for unit in units)
     return text if follows else text.removeprefix(" ")
 
 
 def _units(parts: list[Lexeme]) -> list[_Unit]:
-    """Return the parts of a statement between which a line may be broken, or is because of a comment."""
+    """Return the units of a statement: a line may be broken between them, and must be after a `//` comment."""
     units = [_Unit(parts[0].text, 0)]
     level = 0
     for number, lexeme in enumerate(parts[1:], 1):
@@ -246,7 +246,7 @@ def _units(parts: list[Lexeme]) -> list[_Unit]:
 
 
 def _spaced(parts: list[Lexeme], number: int) -> bool:
-    """Return whether a blank stands before a token of a statement."""
+    """Return whether a blank comes before this token of a statement."""
     before, here = parts[number - 1].kind, parts[number].kind
     if here in _LEFT_TIGHT or before in _RIGHT_TIGHT:
         return False

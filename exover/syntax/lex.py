@@ -1,6 +1,6 @@
-"""Text to tokens.
+"""The lexer: from text to tokens.
 
-A word is a `<name>` here, unless it is reserved: which keywords hold at a place is the parser's to say.
+A word is a `<name>` unless it is reserved; the parser decides which other words are keywords at a place.
 """
 
 import re
@@ -20,15 +20,15 @@ END = "<end>"
 RESERVED = frozenset({"true", "false", "and", "or", "not", "implies", "with", "in", "self"})
 
 MAX_NUMBER = 1000
-"""Characters of a number; far more than any double or 64-bit integer needs, few enough for exact arithmetic."""
+"""The most characters of a number: more than any double or 64-bit integer needs, few enough for exact arithmetic."""
 MAX_EXPONENT = 4
-"""Digits of an exponent, leading zeros apart."""
+"""The most digits of an exponent, without leading zeros."""
 
 MAX_MISTAKES = 500
-"""Lexical mistakes after which the rest of a text is not read."""
+"""The number of lexical errors after which the rest of a text is not read."""
 
 FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not", "->": "implies"}
-"""What other languages write, and the reserved word that it means."""
+"""Operators of other languages, and the reserved words that they mean."""
 
 _QUOTES = 'a text stands between `"` and `"`'
 _BRACKETS = "a range is written `0 .. 9`, a set `{a, b}`"
@@ -51,10 +51,10 @@ SIGNS: Mapping[str, str] = {
     "–": "write `-`",
     "−": "write `-`",
 }
-"""What other languages write, by how it begins, and the advice on it."""
+"""The beginnings of texts that are no tokens, mostly of other languages, and the advice on them."""
 
 _FORMULA_SYMBOLS = r"<-> | -> | &(?!&) | \|(?!\|) | ! (?!=) | [\[\]] |"
-"""What only the raw formulas of a properties file are written with."""
+"""Tokens that only raw formulas of a properties file use."""
 
 _PATTERN = r"""
     (?: (?s:/\*.*?\*/) | //[^\n]*+ | [ \t\r\n\f]++ )*+
@@ -70,8 +70,8 @@ _PATTERN = r"""
                   | (?: /(?![/*]) | [\x01-\x08\x0b\x0e-\x1f\x7f\#$%'?@\[\\\]^`~] | [^\x00-\x7f]++ [A-Za-z0-9_]*+ )++
                   | \x00++ )
     )"""
-"""What is skipped, then a token. The last alternative of a possessive group begins with a possessive set: before Python
-3.11.5 such a group ends wherever its last attempt had got to (CPython issue 100061); a set fails where it begins."""
+"""Blanks and comments, then a token. The last alternative of a possessive group begins with a possessive set: before
+Python 3.11.5 such a group ends wherever its last attempt ended (CPython issue 100061), but a set fails at its start."""
 
 _TOKEN = {
     formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
@@ -83,7 +83,7 @@ _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
 
 
 class Token(NamedTuple):
-    """``text[start:end]``; ``tainted`` iff a reported lexical mistake stands in it or just before it.
+    """A token, ``text[start:end]``; ``tainted`` iff a lexical error in it or just before it was reported.
 
     ``kind`` is one of the five in angle brackets, or the text itself (reserved words, punctuation).
     """
@@ -96,13 +96,13 @@ class Token(NamedTuple):
 
 
 def tokens(text: str, reports: list[Diagnostic], formulas: bool = False, base: int = 0) -> Iterator[Token]:
-    """Yield the tokens of ``text``, `<end>` last; append what is no token to ``reports``.
+    """Yield the tokens of ``text``, `<end>` last; append a diagnostic for each lexical error to ``reports``.
 
-    ``formulas``: the operators of raw formulas are tokens too; which of them hold at a place is the parser's to say.
-    A NUL character ends the text, since what holds one is no text and one report of it is enough; and so do
-    MAX_MISTAKES mistakes. ``base`` is the offset of the first character.
+    ``formulas``: the operators of raw formulas are tokens too; the parser decides where they may stand.
+    A NUL character ends the text, for one report on a binary file is enough; so do MAX_MISTAKES reports.
+    ``base`` is the offset of the first character.
     """
-    tainted, comment = False, 0  # where a comment of another language ends
+    tainted, comment = False, 0  # the end of a comment as in another language
     for match in _TOKEN[formulas].finditer(text):
         group = match.lastgroup
         if match.start(group or 0) < comment:
@@ -131,7 +131,7 @@ def tokens(text: str, reports: list[Diagnostic], formulas: bool = False, base: i
 
 
 def _comment(text: str, start: int) -> int:
-    """Return where the line ends whose rest is a comment of another language; 0 if none begins here."""
+    """Return the end of the line if a `#` comment, as in other languages, begins at `start`; else 0."""
     before = text[text.rfind("\n", 0, start) + 1 : start].rstrip()
     if text[start] != "#" or before[-1:] not in ("", ";", "{", "}"):
         return 0
@@ -140,7 +140,7 @@ def _comment(text: str, start: int) -> int:
 
 
 def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagnostic]]:
-    """Return the token, if there is one, and the mistakes of a match that is no word and no symbol."""
+    """Return the token, None if there is none, and the lexical errors of a match that is no word and no symbol."""
     kind: str | None
     match group:
         case "number":
@@ -212,23 +212,23 @@ def _bad(text: str, span: Span) -> tuple[str | None, list[Diagnostic]]:
 
 
 def _sign_hint(text: str) -> str:
-    """Return the advice for characters that are no part of the language."""
+    """Return the advice on characters that begin no token."""
     known = next((hint for sign, hint in SIGNS.items() if text.startswith(sign)), "")
     letters = "names are made of the letters `A` to `Z`, digits and `_`" if any(map(str.isalpha, text)) else ""
     return known or letters
 
 
 def foreign(text: str, word: str, span: Span) -> Diagnostic:
-    """Return the report on an operator that stands for ``word`` in other languages."""
+    """Return the diagnostic on an operator of other languages that means ``word``."""
     return Diagnostic("E101", f"unknown operator {quote(text)}", span, help=f"write `{word}`")
 
 
 def string_value(literal: str) -> str:
-    """Return the text that a string literal, quotes included, stands for."""
+    """Return the value of a string literal, which is given with its quotes."""
     inside = literal[1:-1]
     return _ESCAPE.sub(lambda match: _ESCAPES.get(match[1], match[1]), inside) if "\\" in inside else inside
 
 
 def string_literal(value: str) -> str:
-    """Return the literal that stands for ``value``: ``string_value(string_literal(v)) == v``."""
+    """Return the literal of a string: ``string_value(string_literal(v)) == v``."""
     return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'

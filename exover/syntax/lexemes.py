@@ -1,4 +1,4 @@
-"""A text as its tokens, each with what the parser takes it for and with the comments before it."""
+"""The tokens of a text, each with the kind that the parser gives it and with the comments before it."""
 
 import re
 from collections.abc import Iterator
@@ -13,20 +13,23 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """A comment as it is written, without blanks at its end; how many line ends stand before it, 2 at most."""
+    """A comment, without blanks at the ends of its lines; `newlines`: the line ends before it, counted up to 2."""
 
     text: str
     newlines: int
 
     @property
     def ends_line(self) -> bool:
-        """Whether nothing can stand behind it on its line."""
+        """Whether it extends to the end of its line."""
         return self.text.startswith("//")
 
 
 @dataclass(frozen=True, slots=True)
 class Lexeme:
-    """A token: `kind` is its keyword where it is one, else as lex.py says; `newlines` stand just before it."""
+    """A token: `kind` is the keyword if the parser takes it for one, else that of lex.py.
+
+    `comments` come before it, and then `newlines` line ends, counted up to 2.
+    """
 
     kind: str
     text: str
@@ -35,11 +38,11 @@ class Lexeme:
 
 
 class UnreadableText(Exception):
-    """A text that should have been parsed is none of the language."""
+    """A text that must be without mistakes has a syntax error."""
 
 
 def lexemes(text: str, start: Start) -> Iterator[Lexeme]:
-    """Yield the tokens of a text without mistakes, `<end>` last; raise `UnreadableText` if it has some."""
+    """Yield the tokens of a text without mistakes, `<end>` last; raises `UnreadableText` at a syntax error."""
     machine = ParserState(grammar(), start)
     machine.building = False
     end = 0
@@ -52,7 +55,7 @@ def lexemes(text: str, start: Start) -> Iterator[Lexeme]:
 
 
 def _trivia(blank: str) -> tuple[tuple[Comment, ...], int]:
-    """Return the comments in what stands between two tokens, and the line ends behind the last of them."""
+    """Return the comments between two tokens, and the number of line ends after the last comment."""
     found: list[Comment] = []
     end = 0
     for match in _COMMENT.finditer(blank):

@@ -1,7 +1,7 @@
-"""The LALR(1) machine: stacks, shifts and reductions over the tables of grammar.py.
+"""The LALR(1) automaton: stacks, shifts and reductions over the tables of grammar.py.
 
-It is lark's own loop with three things added that recovery and large files need: spans of nodes, a bound on nesting,
-and questions ("would you take these tokens?") that leave the stacks as they are.
+It is the loop of lark with three additions that error recovery and large files need: spans of nodes, a bound on
+nesting, and trial parses of some tokens that leave the stacks unchanged (`after`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,19 +14,19 @@ from exover.syntax.lex import END, NAME, Token
 from exover.syntax.tree import Part, Properties, Spec
 
 MAX_DEPTH = 64
-"""Levels of brackets, `not`, `implies` and temporal operators. A level makes at most three nodes of the tree below one
-another, so that a pass that takes four frames of Python a node stays within the interpreter's default of 1000."""
+"""The most levels of brackets, `not`, `implies` and temporal operators. A level adds at most three nodes to the height
+of the tree, so a recursive pass with four Python frames a node stays within the default limit of 1000."""
 
 _TEMPORAL = ("X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "U", "R", "W")
 _LEVELS = dict.fromkeys(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL), 1) | dict.fromkeys(")}]", -1)
-"""How many levels a token opens. Brackets that are closed may stay on the stack, as those of parameters do."""
+"""How many levels a token opens, -1 if it closes one: closed brackets, as of parameters, may still be on the stack."""
 
 
 class ParserState:
-    """A parse under way. ``states`` is one longer than the other stacks.
+    """The state of a parse. The stacks ``states`` and ``depths`` are one longer than ``values`` and ``starts``.
 
-    ``values``: nodes, or anything once ``building`` is off; ``starts``: offset where each symbol begins; ``depths``:
-    how many levels are open on the stack up to and with each symbol.
+    ``values``: the nodes, or None and tokens once ``building`` is off; ``starts``: the offset of each symbol;
+    ``depths``: the number of open levels up to and including each symbol.
     """
 
     def __init__(self, grammar: Grammar, start: Start) -> None:
@@ -41,13 +41,13 @@ class ParserState:
         self.building = True
 
     def kind(self, token: Token) -> str:
-        """Return the kind of a token here: its keyword, if one may stand here, else what lex.py says."""
+        """Return the kind of a token in this state: the keyword, if that has an action here, else that of lex.py."""
         return _kind(self.grammar.actions[self.states[-1]], token)
 
     def feed(self, token: Token) -> bool:
-        """Take the token and return True, or return False and take nothing, if it cannot stand here.
+        """Shift the token, after the reductions before it, and return True; return False if it is a syntax error.
 
-        Reductions that the tables allow before the mistake shows are made in both cases.
+        Reductions that the tables make before they detect the error (LALR) stay made.
         """
         actions, gotos, states = self.grammar.actions, self.grammar.gotos, self.states
         kind = _kind(actions[states[-1]], token)
@@ -64,7 +64,7 @@ class ParserState:
                 self.end = token.end
                 return True
             if action.passes:
-                # More than half of all reductions: the levels of a condition that a lone name climbs.
+                # More than half of all reductions: the levels of precedence above a lone name.
                 states[-1] = gotos[states[-2]][action.origin]
             else:
                 self._reduce(action, token.start)
@@ -99,17 +99,17 @@ class ParserState:
         return ACTIONS[action](*parts, Span(start, end if end > start else start))
 
     def result(self) -> Spec | Part | Properties:
-        """Return the tree of a file whose `<end>` was taken while building: of the class that its start rule makes."""
+        """Return the tree of a text whose `<end>` was accepted while building."""
         tree = self.values[-1]
         assert isinstance(tree, Spec | Part | Properties)
         return tree
 
     def too_deep(self) -> bool:
-        """Return True iff the last token taken opened a level beyond MAX_DEPTH."""
+        """Return True iff more than MAX_DEPTH levels are open."""
         return self.depths[-1] > MAX_DEPTH
 
     def after(self, tokens: Iterable[Token], states: Sequence[int] | None = None) -> list[int] | None:
-        """Return the states after taking ``tokens`` from ``states`` (default: here), or None iff one cannot stand."""
+        """Return the stack of states after ``tokens``, from ``states`` (default: the present); None at an error."""
         stack = list(self.states if states is None else states)
         actions, gotos = self.grammar.actions, self.grammar.gotos
         for token in tokens:
@@ -129,12 +129,12 @@ class ParserState:
         return stack
 
     def expected(self) -> frozenset[str]:
-        """Return the kinds of token that can stand here."""
+        """Return the kinds of token that can come next without a syntax error."""
         here = self.grammar.actions[self.states[-1]]
         return frozenset(kind for kind in here if self.after([Token(kind, kind, 0, 0)]) is not None)
 
     def cut(self, height: int) -> None:
-        """Drop all symbols but the lowest ``height``, and build no nodes from now on."""
+        """Pop all symbols but the lowest ``height``, and build no nodes from now on."""
         del self.states[height + 1 :], self.values[height:], self.starts[height:], self.depths[height + 1 :]
         self.building = False
 
@@ -144,7 +144,7 @@ def _kind(actions: dict[str, int | Production], token: Token) -> str:
 
 
 def _repetition(production: Production, children: list[Any]) -> list[Any]:
-    """Return the list of a repetition so far; the list of its first child is taken over, which keeps lists linear."""
+    """Return the list of a repetition; the list of its first child is extended in place, so the cost is linear."""
     out: list[Any] = []
     for index in production.keep:
         assert index is not None

@@ -1,4 +1,4 @@
-"""A source to its tree, or to everything that is wrong with it."""
+"""The parser: from a source to its tree, or to all its syntax errors."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -30,16 +30,16 @@ from exover.syntax.tree import (
 )
 
 MAX_REPAIRS = 500
-"""Mistakes after which the rest of a text is not read: it is no spec, and repairs cost time."""
+"""The number of syntax errors after which the rest of a text is not read: it is no spec, and repairs cost time."""
 MAX_TOKENS = 500_000
-"""Tokens of a text: some seconds of reading, and ten thousand rules and more."""
+"""The most tokens of a text: some seconds of parsing, and more than ten thousand rules."""
 
 
 HEAD = (Token("spec", "spec", 0, 0), Token(NAME, "s", 0, 0), Token(";", ";", 0, 0))
 
 
 class Parsed(NamedTuple):
-    """The tree of a text, None iff it has mistakes; these in the order of the text; the tokens read up to its end."""
+    """The tree of a text, None iff it has mistakes; the mistakes in the order of the text; the number of tokens."""
 
     tree: Spec | Part | None
     mistakes: tuple[Diagnostic, ...]
@@ -47,10 +47,10 @@ class Parsed(NamedTuple):
 
 
 def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
-    """Return the tree of a spec and (); or None and its mistakes in the order of the text, at least one.
+    """Return the tree of a spec and (), or None and its mistakes in the order of the text, at least one.
 
-    At most MAX_REPORTS mistakes are told, and then one more line says how many there are beyond. Never raises, on any
-    text, and takes time linear in its length.
+    There are at most MAX_REPORTS mistakes, and one more that counts the others. Never raises, for any text; the time is
+    linear in its length.
     """
     tree, mistakes, _ = parse_file(source)
     if isinstance(tree, Part):
@@ -60,7 +60,7 @@ def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
 
 
 def parse_file(source: Source, before: int = 0) -> Parsed:
-    """Return what a spec or a part is, `before` which so many tokens were read; as `parse`."""
+    """Return the tree or the mistakes of a spec or a part, as `parse`; `before`: the tokens read in other files."""
     reader = _Reader(source, grammar(), "file", before)
     tree = reader.read()
     reports = sorted(reader.reports, key=_place)
@@ -72,7 +72,7 @@ def parse_file(source: Source, before: int = 0) -> Parsed:
 
 
 def parse_items(source: Source) -> tuple[Item | Include, ...] | None:
-    """Return the statements of a text that is a part of a spec and lacks its head; None if something is wrong."""
+    """Return the statements of a text without the head `spec NAME;`; None if there is any mistake."""
     machine = ParserState(grammar(), "file")
     reports: list[Diagnostic] = []
     for token in chain(HEAD, tokens(source.text, reports, base=source.base)):
@@ -97,7 +97,7 @@ def _place(diagnostic: Diagnostic) -> int:
 
 
 class _Reader:
-    """One reading of one text."""
+    """The parse of one text, with error recovery."""
 
     def __init__(self, source: Source, tables: Grammar, start: Start, before: int = 0) -> None:
         self.reports: list[Diagnostic] = []
@@ -110,9 +110,9 @@ class _Reader:
         self._ahead: list[Token] = []
         self.count = before
         self._repairs = 0
-        # No report until a token is taken: what follows a statement that was given up is most often part of it.
+        # No report until a token is shifted: what follows a statement that was given up is most often part of it.
         self._quiet = False
-        # Braces in strings and comments count too: this only weighs one guess against another.
+        # Braces in strings and comments count too: this only helps to choose between repairs.
         self._unclosed = source.text.count("{") - source.text.count("}")
 
     def read(self) -> Spec | Part | Properties | None:
@@ -141,13 +141,13 @@ class _Reader:
         return token
 
     def _peek(self, distance: int) -> Token:
-        """Return the token ``distance`` behind the next one."""
+        """Return a token ahead of the present one; ``distance`` 0 is the next token."""
         while len(self._ahead) <= distance:
             self._ahead.append(self._drawn(self._ahead[-1] if self._ahead else self._here))
         return self._ahead[distance]
 
     def _drawn(self, last: Token | None) -> Token:
-        """Return what the lexer gives after ``last``: the end is followed by the end, and too long a text is cut."""
+        """Return the token that follows ``last``; after `<end>` comes `<end>`, and a text of too many tokens is cut."""
         if last is not None and last.kind == END:
             return last
         token = next(self._tokens)
@@ -165,13 +165,13 @@ class _Reader:
             self.reports.append(diagnostic)
 
     def _mend(self, token: Token) -> Token:
-        """Report a token that cannot stand, make the machine ready to go on, and return the token to go on with."""
+        """Report a syntax error at a token, repair it or give up the statement, and return the token to go on with."""
         self._repairs += 1
         self.gave_up = self.gave_up or self._repairs >= MAX_REPAIRS
         machine = self._machine
         machine.building = False
         plan = repair(machine, self._before, token, (self._peek(0), self._peek(1)), self._unclosed)
-        # Where the lexer has complained already, what the parser says is a consequence.
+        # If the lexer has reported an error here, that of the parser is a consequence.
         if not token.tainted and not (self._before and self._before.tainted):
             self._report(plan.diagnostic)
         elif token.text in FOREIGN and plan.diagnostic.help:
@@ -184,7 +184,7 @@ class _Reader:
         return self._advance() if plan.drop else token
 
     def _advise(self, token: Token, help: str) -> None:
-        """Let what the lexer has said of a token advise what can stand there: its word cannot either."""
+        """Replace the help of the lexer's report on a token: the word that it advises is a syntax error here too."""
         span = Span(token.start, token.end)
         self.reports[:] = [replace(each, help=help) if each.span == span else each for each in self.reports]
 
@@ -194,7 +194,7 @@ class _Reader:
 
 
 def _misused_words(spec: Spec | Part) -> Iterator[Diagnostic]:
-    """Yield the mistakes that the tables let pass: `all` and the names of types are words of certain places only."""
+    """Yield the mistakes that the grammar accepts: a group called `all`, an enum `int`, `all` in a longer list."""
     for item in spec.items:
         match item:
             case Group(name=Name(text="all", span=span)):

@@ -38,7 +38,7 @@ class Temporal:
 
 @dataclass(frozen=True, slots=True)
 class TemporalBinary:
-    """``left operator right``; it groups to the right. ``place`` is that of the operator."""
+    """``left operator right``; it is right-associative. ``place`` is that of the operator."""
 
     left: "Formula"
     operator: BinaryOperator
@@ -58,7 +58,7 @@ class Quantified:
 
 
 Simple: TypeAlias = Predicate | Last | Used | Level | Compare | InRange | InSet | Term
-"""What a condition is made of."""
+"""The parts of a condition."""
 Formula: TypeAlias = Connected | Temporal | TemporalBinary | Quantified | Simple
 
 # Forms of properties

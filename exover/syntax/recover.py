@@ -1,8 +1,8 @@
-"""How to go on after a token that cannot stand where it stands.
+"""Error recovery: how the parse continues after a syntax error.
 
-A repair is tried on the states alone, cheapest first: a bracket or `;` put in, a keyword spelt right, a token left
-out, a token put in. If none lets the parser go on, the statement is given up: the text is passed over to its end,
-and the block of a request, module or context whose head was wrong is read as if the head had been right.
+Local repairs are tried on the stack of states alone, in this order: insert a bracket or `;`, correct a keyword, insert
+a token, delete the token. If none lets the parser continue, panic mode gives up the statement: the text is skipped to
+its end, and the block of a request, module or context with a wrong head is parsed as if the head were right.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,14 +29,14 @@ from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
 from exover.syntax.machine import ParserState
 
 _LISTS = ("check", "request", "enum", "assume")
-"""A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
+"""A state with an action for one of these is in a list of statements, where the parser can resume."""
 _STARTS = CLAUSES | MEMBERS | ITEMS | PROPERTY_ITEMS | {"spec", "part", "for"}
 _HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
 
 
 @dataclass(frozen=True, slots=True)
 class Repair:
-    """What to do: put ``insert`` before the token, and then leave the token out if ``drop``."""
+    """A diagnostic and a repair: insert ``insert`` before the token, and then delete the token if ``drop``."""
 
     diagnostic: Diagnostic
     insert: tuple[Token, ...] = ()
@@ -46,11 +46,11 @@ class Repair:
 def repair(
     machine: ParserState, before: Token | None, token: Token, following: tuple[Token, Token], unclosed: int
 ) -> Repair:
-    """Return the report on ``token`` and, if there is one, the repair after which the parser takes what comes next.
+    """Return the diagnostic on ``token`` and, if there is one, a repair after which the next tokens are no errors.
 
-    A repair that neither inserts nor drops is none: the statement has to be given up. ``unclosed`` tells how many
-    more braces the text opens than it closes: if none, a `}` is not what is missing before a statement, but the
-    statement is in the wrong block.
+    If it neither inserts nor drops, there is none, and the statement has to be given up. ``unclosed``: how many more
+    braces the text opens than it closes. If that is not positive, no `}` is inserted before a statement: the statement
+    is in the wrong block.
     """
     span = Span(token.start, token.end)
     opening = OPENINGS[machine.start]
@@ -88,7 +88,7 @@ def repair(
 
 
 def _closers(machine: ParserState, braces: bool) -> Iterator[str]:
-    """Yield what may be missing at the end of a part: `;`, brackets, and both."""
+    """Yield the tokens that may be missing at the end of a part: `;`, brackets, or both; `}` only with ``braces``."""
     parentheses = sum(isinstance(value, Token) and value.text == "(" for value in machine.values)
     yield ";"
     for count in sorted({1, 2, parentheses} if parentheses > 1 else {parentheses} - {0}):
@@ -100,7 +100,7 @@ def _closers(machine: ParserState, braces: bool) -> Iterator[str]:
 
 
 def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]]:
-    """Yield what may have been left out before a token; no keyword that would begin a statement."""
+    """Yield the tokens that may have been left out before a token; no keyword that begins a statement."""
     if "(" in expected:
         yield _written("( )", at)
     for kind in sorted(expected - _STARTS - {"}", END}, key=lambda kind: (kind.isalpha(), kind)):
@@ -108,15 +108,15 @@ def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]
 
 
 def too_deep(token: Token, limit: int) -> Diagnostic:
-    """Return the report on a token that opens one level of nesting too many."""
+    """Return the diagnostic on a token that exceeds the limit of nesting."""
     message = f"brackets and operators are nested more than {limit} deep"
     return Diagnostic("E109", message, Span(token.start, token.end), help="give a part a name with `define`")
 
 
 def begin_anew(machine: ParserState, before: Token | None, token: Token, advance: Callable[[], Token]) -> Token:
-    """Give up the statement under way, from ``token`` on, and return the first token to read again.
+    """Give up the present statement, skip tokens from ``token`` to its end, and return the token to resume with.
 
-    ``advance`` returns the next token; `<end>` is returned, never passed.
+    ``advance`` returns the next token; `<end>` is never skipped.
     """
     height = _list_height(machine)
     if height is None:
@@ -153,14 +153,14 @@ def begin_anew(machine: ParserState, before: Token | None, token: Token, advance
 
 
 def _written(text: str, at: int) -> tuple[Token, ...]:
-    """Return the tokens of ``text``, set between blanks, as if they stood at ``at`` and took no room."""
+    """Return the tokens of ``text``, which blanks separate, as tokens of no length at ``at``."""
     return tuple(
         Token(NAME if word.isalpha() and word not in RESERVED else word, word, at, at) for word in text.split()
     )
 
 
 def _list_height(machine: ParserState) -> int | None:
-    """Return how many symbols lie below the innermost statement under way; None iff the file's head is not read yet."""
+    """Return how many symbols of the stack are below the innermost open statement; None before the file's head ends."""
     actions = machine.grammar.actions
     for height in range(len(machine.values), -1, -1):
         if any(keyword in actions[machine.states[height]] for keyword in _LISTS):
@@ -175,7 +175,7 @@ def _head(machine: ParserState, height: int) -> str:
 
 
 def _keyword(machine: ParserState) -> str:
-    """Return the keyword of the innermost statement under way, or ""."""
+    """Return the keyword of the innermost open statement, or ""; before the file's head ends, that of the head."""
     height = _list_height(machine)
     return OPENINGS[machine.start].word if height is None else _head(machine, height)
 
@@ -198,14 +198,14 @@ def _unclosed(machine: ParserState, before: Token | None, token: Token, insert: 
 def _unexpected(
     machine: ParserState, before: Token | None, token: Token, expected: frozenset[str], following: Token
 ) -> Diagnostic:
-    # The end of the file is told where its last token ends, not behind blank lines.
+    # An error at the end of the file is reported where the last token ends, not after blank lines.
     span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)
     message = f"expected {expectation(expected)}, found {found(token)}"
     return Diagnostic("E106", message, span, help=advice(token, before, expected, _keyword(machine), following))
 
 
 def _misspelt(token: Token, expected: frozenset[str]) -> str:
-    """Return the keyword that the token seems to mean, or ""; one that is a keyword elsewhere is not misspelt."""
+    """Return the keyword that a misspelt token resembles, or ""; a keyword of another place is not misspelt."""
     text = token.text
     if token.kind != NAME or not 1 < len(text) <= MAX_NAME or text in _STARTS or statement_hint(token, None, expected):
         return ""

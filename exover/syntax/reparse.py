@@ -1,7 +1,6 @@
-"""The tree of a text that was changed a little, made from the tree that it had before.
+"""Incremental parsing: the tree of a changed text from its previous tree (Ghezzi, Mandrioli 1979), by statements.
 
-Statements that stand before the change are taken over as they are, those behind it with their places moved; what is
-between is read anew. The idea is that of incremental parsing (Ghezzi, Mandrioli 1979), with statements as its grain.
+Statements before the change are reused as they are, those after it with their spans moved; the text between is parsed.
 """
 
 from collections.abc import Callable
@@ -24,13 +23,13 @@ class SpecTree(NamedTuple):
 
 
 def reparse(source: Source, before: SpecTree | None) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
-    """Return what `parse` returns of a text, given the tree of the text that it was before, in less time as a rule."""
+    """Return the result of `parse`, mostly faster, by reuse of the tree of the text before the change."""
     found = _from(source, before) if before and len(source.text) < MAX_TOKENS and "\0" not in source.text else None
     return parse(source) if found is None else (found, ())
 
 
 def _from(source: Source, before: SpecTree) -> Spec | None:
-    """Return the tree; None if what has changed is not within statements, or is wrong."""
+    """Return the tree; None if the change is not within statements, or has a mistake."""
     old, new = before.source.text, source.text
     first = _common(old, new)
     last = len(old) - _common(old[first:][::-1], new[first:][::-1])
@@ -40,7 +39,7 @@ def _from(source: Source, before: SpecTree) -> Spec | None:
         return None
     above = tuple(takewhile(lambda item: item.span.end - base <= first, items))
     below = tuple(item for item in items[len(above) :] if item.span.start - base >= last)
-    # The first statement below is read again: it tells that what is read ends where it did.
+    # The first statement below is parsed again: it shows that the parsed text ends where it did before.
     start = above[-1].span.end if above else items[0].span.start
     end = below[0].span.end + moved if below else source.end
     between = parse_items(Source(source.name, new[start - base : end - base], start))
@@ -54,7 +53,7 @@ def _from(source: Source, before: SpecTree) -> Spec | None:
 
 
 def _common(one: str, other: str) -> int:
-    """Return the length of the longest common beginning of two texts."""
+    """Return the length of the longest common prefix of two texts."""
     low, high = 0, min(len(one), len(other))
     while low < high:
         middle = (low + high + 1) // 2
@@ -66,7 +65,7 @@ def _common(one: str, other: str) -> int:
 
 
 def _moved(value: Any, by: int) -> Any:
-    """Return a node as it is so many characters further on."""
+    """Return a node with all spans moved by so many characters."""
     kind: Any = type(value)
     if kind is Span:
         return Span(value[0] + by, value[1] + by)
@@ -78,7 +77,7 @@ def _moved(value: Any, by: int) -> Any:
 
 @cache
 def _mover(kind: type) -> Callable[[Any, int], Any] | None:
-    """Return what moves nodes of a class; None for what has no place."""
+    """Return the function that moves nodes of a dataclass; None for another class, whose values have no spans."""
     if not is_dataclass(kind):
         return None
     names = [field.name for field in fields(kind)]

@@ -1,11 +1,11 @@
-"""The syntax tree: one class for each rule of the grammar (docs/language.md sections 2 and 8), no meaning attached.
+"""The abstract syntax tree: one class for each rule of the grammar (docs/language.md sections 2 and 8).
 
-Every node has a ``span``, which equality ignores. Numbers keep the text they were written with, so that nothing of
-a literal is lost before its type is known. Parentheses leave no node; the shape of the tree says where they stood.
-Lists of operands are flat (``a or b or c`` is one Or of three), so depth grows with brackets, `not` and `implies`
-alone, and the parser bounds it.
+Every node has a ``span``, which equality ignores. Numbers keep the text of the literal, so that nothing is lost before
+the type is known. Parentheses make no node; the shape of the tree shows them. Lists of operands are flat
+(``a or b or c`` is one Or of three), so only brackets, `not`, `implies` and temporal operators add depth, which the
+parser bounds.
 
-One vocabulary in three files, because it is long; this module is the name to import it from.
+The classes are in three files, because they are many; import them from this module.
 """
 
 from exover.syntax.conditions import *  # noqa: F403
