@@ -1,4 +1,4 @@
-"""From the tree of a spec to its model: names, types, order and shorthand (docs/language.md sections 2 and 4)."""
+"""From the tree of a spec to its model: resolves names, types and shorthand (docs/language.md sections 2 and 4)."""
 
 from typing import assert_never
 
@@ -19,7 +19,7 @@ from exover.source import Source
 from exover.syntax import tree
 
 MAX_INSTANCES = 65_535
-"""Slots of one request."""
+"""The most slots of one request."""
 
 
 def resolve(spec: tree.Spec, source: Source) -> tuple[Model | None, tuple[Diagnostic, ...]]:
@@ -72,9 +72,9 @@ def _add_item(draft: Draft, item: tree.Item) -> None:
         case tree.Launch():
             add_launch(draft, item)
         case tree.Enum() | tree.Const() | tree.Define() | tree.Group() | tree.Module() | tree.Poster():
-            pass  # these are names, read before
+            pass  # these declare names, which `declare` has read
         case tree.Include():
-            pass  # what it leads to stands here already
+            pass  # `gather` has put the items of that file here
         case _:
             assert_never(item)
 
@@ -86,7 +86,7 @@ def _add_module(draft: Draft, node: tree.Module, variables: list[Variable]) -> N
             signature = known.requests[member.name.text]
             if (
                 draft.names.nodes[signature.name] is member
-            ):  # of two requests of one name the second is noted, and left alone
+            ):  # a second request of the name is a mistake, noted by `declare`, and ignored
                 add_clauses(draft, signature, member.clauses)
         else:
             _add_variable(draft, known.quantities[member.name.text], member, variables)
@@ -95,7 +95,7 @@ def _add_module(draft: Draft, node: tree.Module, variables: list[Variable]) -> N
 def _add_variable(
     draft: Draft, quantity: QuantityName | None, node: tree.Poster | tree.State, variables: list[Variable]
 ) -> None:
-    """Add a poster or state with its values; a second one of a name is noted already, and left alone."""
+    """Add a poster or state with its values; a second one of a name, a mistake that `declare` notes, is ignored."""
     if quantity is None or quantity.span != node.name.span:
         return
     kind = quantity.type
@@ -112,7 +112,7 @@ def _add_variable(
 
 
 def _request(draft: Draft, signature: Signature) -> Request:
-    """Return the request with all its clauses, wherever they stand."""
+    """Return the request with all its clauses, those of contexts included."""
     node, parts = draft.names.nodes[signature.name], draft.parts[signature.name]
     return Request(
         signature.name,

@@ -1,4 +1,4 @@
-"""Order of declarations that refer to each other by name, and the circles among them."""
+"""Topological order of declarations that refer to each other by name, and the cycles among them."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,14 +7,14 @@ from exover.resolve.mistakes import Mistakes
 from exover.syntax import tree
 
 MAX_SHOWN = 4
-"""Names of a circle that a message lists."""
+"""The most names of a cycle that a message lists."""
 
 
 def in_order(needs: Mapping[str, Sequence[str]]) -> tuple[list[str], list[list[str]]]:
-    """Return the names so that each comes after those it needs, and the circles found on the way.
+    """Return the names, each after those that it needs, and the cycles, one for each back edge.
 
-    A circle `[a, b]` says that a needs b and b needs a; one is found for every need that closes one (depth-first
-    search, Tarjan 1972, with a stack of its own, as chains may be long). Needs that are no key are left out.
+    A cycle `[a, b]` says that a needs b and b needs a. Depth-first search (Tarjan 1972) with a stack of its own, for
+    chains may be long. Needs that are no key are ignored.
     """
     done: dict[str, bool] = {}
     order: list[str] = []
@@ -42,7 +42,7 @@ def in_order(needs: Mapping[str, Sequence[str]]) -> tuple[list[str], list[list[s
 
 
 def note_circle(what: str, circle: list[tree.Name], mistakes: Mistakes) -> None:
-    """Note that declarations are defined by each other, at the first of them in the text."""
+    """Note that declarations are defined by each other, at the one that is first in the text."""
     first = min(range(len(circle)), key=lambda index: circle[index].span.start)
     turned = [*circle[first:], *circle[:first]]
     shown = [name.text for name in turned[:MAX_SHOWN]] + ["…"] * (len(turned) > MAX_SHOWN) + [turned[0].text]

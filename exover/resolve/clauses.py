@@ -104,7 +104,7 @@ def _before(draft: Draft, owner: Signature, clause: tree.Before) -> None:
 
 
 def _order(draft: Draft, guarded: str, name: str, past: Past, clause: tree.After | tree.Before, span: Span) -> None:
-    """Add the check of `guarded` that something is past."""
+    """Add to the request `guarded` a check that `past` holds."""
     draft.claim(name, span, labelled=False)
     guard = Guard("check", name, past, clause.because, draft.place(), draft.where(clause.span))
     if draft.has_room(1, clause.span):
@@ -112,7 +112,7 @@ def _order(draft: Draft, guarded: str, name: str, past: Past, clause: tree.After
 
 
 def _others(draft: Draft, owner: Signature, nodes: tuple[tree.Listed, ...], word: str) -> tuple[ListedRequest, ...]:
-    """Return the requests of a list other than the owner, which is a mistake there."""
+    """Return the requests of a list without the owner, which is a mistake in it."""
     found = entries(draft.names, nodes, draft.mistakes)
     for entry in found:
         if entry.request == owner.name:
@@ -158,7 +158,7 @@ def _interrupts(draft: Draft, owner: Signature, clause: tree.Interrupts) -> None
 
 
 def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[ListedRequest]:
-    """Return what a request interrupts, in the order of the text; itself only where `self` stands."""
+    """Return the requests that a request interrupts, in the order of the text; itself only if `self` is listed."""
     nodes = [target for target in clause.targets if not isinstance(target, tree.SelfTarget | tree.AllTarget)]
     found: list[ListedRequest] = []
     for entry in entries(draft.names, nodes, draft.mistakes):

@@ -1,4 +1,4 @@
-"""Conditions: the text's connectives, predicates and shorthand become those of the model."""
+"""Resolves conditions: connectives, predicates and shorthand of the tree become conditions of the model."""
 
 from collections.abc import Sequence
 from typing import assert_never
@@ -31,13 +31,13 @@ from exover.source import Span
 from exover.syntax import tree
 
 MAX_ATOMS = 100_000
-"""Atoms of one condition with its defines and lists expanded: a page of defines can double at every line."""
+"""The most atoms of a condition with its defines and lists expanded: each of many defines may double the size."""
 MAX_DEPTH = 200
-"""Levels of one condition with its defines expanded, so that engines may walk it by recursion."""
+"""The most levels of a condition with its defines expanded, so that engines may recurse on it."""
 
 
 def meaning(scope: NameScope, node: tree.Cond) -> Meaning | None:
-    """Return what a condition means where it stands, or None and the mistakes in it."""
+    """Return the meaning of a condition in its scope, or None with its mistakes noted."""
     cond = condition(scope, node, 0)
     tally = scope.tally
     if cond is None or not _bounded(scope, node.span):
@@ -46,7 +46,7 @@ def meaning(scope: NameScope, node: tree.Cond) -> Meaning | None:
 
 
 def _bounded(scope: NameScope, span: Span) -> bool:
-    """Return whether the condition that is being resolved is of a size that engines can take, or note it."""
+    """Return whether the condition that is being resolved is within MAX_ATOMS and MAX_DEPTH; if not, note it."""
     tally = scope.tally
     right = tally.size <= MAX_ATOMS and tally.depth <= MAX_DEPTH
     if not right:
@@ -56,13 +56,13 @@ def _bounded(scope: NameScope, span: Span) -> bool:
 
 
 def _all_true(parts: Sequence[Cond | None]) -> tuple[Cond, ...] | None:
-    """Return the parts if none is a mistake."""
+    """Return the parts; None if one is None, for a mistake."""
     right = tuple(part for part in parts if part is not None)
     return right if len(right) == len(parts) else None
 
 
 def condition(scope: NameScope, node: tree.Cond, depth: int) -> Cond | None:
-    """Return the model's condition, or None and the mistakes in it; `depth` levels stand above it."""
+    """Return the condition of the model, or None with its mistakes noted; it is at level `depth` of the whole."""
     scope.tally.depth = max(scope.tally.depth, depth)
     match node:
         case tree.Not(part):
@@ -131,7 +131,7 @@ def _atom(kind: tree.StateKind, request: str, where: Cond | None = None) -> Stat
 
 
 def _any_of(scope: NameScope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
-    """Return the predicate of each request of the list, joined by `or`."""
+    """Return the disjunction of the predicate over the requests of the list."""
     found = requests(scope.names, node.requests, scope.mistakes)
     scope.tally.size += len(found)
     scope.tally.depth = max(scope.tally.depth, depth + 1)
@@ -156,7 +156,7 @@ def _with(scope: NameScope, node: tree.Predicate, kind: tree.StateKind, depth: i
 
 
 def _amount(scope: NameScope, node: tree.Used | tree.Level) -> Cond | None:
-    """Return the comparison of a resource with a number."""
+    """Return the comparison of `used(…)` or `level(…)` with a number, or None with a mistake noted."""
     scope.tally.size += 1
     resource = find_resource(scope.names, node.resource, scope.mistakes)
     number = count(node.amount, scope.mistakes)
@@ -213,7 +213,7 @@ def _in_range(scope: NameScope, node: tree.InRange) -> Cond | None:
 
 
 def _bare(scope: NameScope, node: tree.Term, depth: int) -> Cond | None:
-    """Return the condition that a bare term is: a bool, or a define."""
+    """Return the condition of a bare term, which must be a bool or a define; else None with a mistake noted."""
     scope.tally.size += 1
     found = operand(scope, node) if isinstance(node, tree.Product | tree.Sum) else unit(scope, node)
     match found:
@@ -246,7 +246,7 @@ def _bare(scope: NameScope, node: tree.Term, depth: int) -> Cond | None:
 
 
 def defines(names: SymbolTable, mistakes: Mistakes) -> dict[str, Meaning | None]:
-    """Return the meaning of every define, each after those that it uses; None for a mistaken one."""
+    """Return the meaning of every define, None for one with a mistake; each is resolved after those that it uses."""
     needs = {name: sorted(names_in(node.condition)) for name, node in names.defines.items()}
     order, circles = in_order(needs)
     meanings: dict[str, Meaning | None] = {}
@@ -260,7 +260,7 @@ def defines(names: SymbolTable, mistakes: Mistakes) -> dict[str, Meaning | None]
 
 
 def names_in(node: tree.Cond) -> set[str]:
-    """Return the bare names of a condition outside `with`, defines among them."""
+    """Return the names that are used as conditions, outside `with`; defines are among them."""
     match node:
         case tree.Not(part):
             return names_in(part)

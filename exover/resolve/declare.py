@@ -1,4 +1,4 @@
-"""Reads every declaration of a spec, so that names may be used before the line that declares them."""
+"""Builds the symbol table from all declarations of a spec, so that names may be used before they are declared."""
 
 from dataclasses import field
 from typing import assert_never
@@ -19,7 +19,7 @@ Holder = tree.Param | tree.Poster | tree.State
 
 @dataclass(slots=True)
 class _Reader:
-    """The names found so far; `top` and `kinds` remember where each was declared first."""
+    """The symbol table so far; `top` and `kinds` hold the places of the first declarations."""
 
     mistakes: Mistakes
     names: SymbolTable
@@ -27,11 +27,11 @@ class _Reader:
     kinds: dict[str, dict[str, Span]] = field(default_factory=dict)
 
     def is_new(self, kind: str, name: tree.Name) -> bool:
-        """Return whether no declaration of this kind bears the name yet; a second one is a mistake."""
+        """Return whether this is the first declaration of the name in its kind; if not, note a mistake."""
         return self._free(self.kinds.setdefault(kind, {}), kind, name)
 
     def is_new_at_top(self, kind: str, name: tree.Name) -> bool:
-        """Return whether no poster, latch, const or define bears the name yet; a second one is a mistake."""
+        """Return whether this is the first top-level poster, latch, const or define of the name; if not, note it."""
         return self._free(self.top, kind, name)
 
     def _free(self, taken: dict[str, Span], what: str, name: tree.Name) -> bool:
@@ -42,7 +42,7 @@ class _Reader:
 
 
 def declare(spec: tree.Spec, mistakes: Mistakes) -> SymbolTable:
-    """Return what the names of a spec stand for, and note every mistake in declarations but those of conditions."""
+    """Return the symbol table of a spec, and note the mistakes in its declarations, but not those in conditions."""
     enums = _enums(spec, mistakes)
     top = [item for item in spec.items if isinstance(item, tree.Const | tree.Define | tree.Poster | tree.Latch)]
     others = frozenset(item.name.text for item in top if not isinstance(item, tree.Const))
@@ -93,7 +93,7 @@ def _enums(spec: tree.Spec, mistakes: Mistakes) -> dict[str, Enum]:
 
 
 def _enum_values(spec: tree.Spec, enums: dict[str, Enum]) -> frozenset[str]:
-    """Return every name that is a value of some enum of the file."""
+    """Return the values of all enums of the spec, those without a name included."""
     values = {value for kind in enums.values() for value in kind.values}
     for item in spec.items:
         members = item.members if isinstance(item, tree.Module) else (item,)
@@ -110,7 +110,7 @@ def _enum_values(spec: tree.Spec, enums: dict[str, Enum]) -> frozenset[str]:
 
 
 def _consts(spec: tree.Spec) -> dict[str, Constant | None]:
-    """Return the value of each const; one that is defined by itself is None, and so is whatever needs it."""
+    """Return the value of each const, None for one in a cycle and for those that need it."""
     nodes: dict[str, tree.Const] = {}
     for item in spec.items:
         if isinstance(item, tree.Const):
@@ -131,7 +131,7 @@ def _const_needs(nodes: dict[str, tree.Const]) -> dict[str, tuple[str, ...]]:
 
 
 def _check_consts(spec: tree.Spec, known: Constants, mistakes: Mistakes) -> None:
-    """Note consts in a circle, and those that are neither a number nor a bool nor an enum value."""
+    """Note cycles of consts, and consts that are neither a number nor a bool nor an enum value."""
     nodes = {item.name.text: item for item in reversed(spec.items) if isinstance(item, tree.Const)}
     for circle in in_order(_const_needs(nodes))[1]:
         note_circle("const", [nodes[name].name for name in circle], mistakes)
@@ -142,7 +142,7 @@ def _check_consts(spec: tree.Spec, known: Constants, mistakes: Mistakes) -> None
 
 
 def _module(reader: _Reader, node: tree.Module) -> None:
-    """Read the members of a module; a second module of one name adds what the first does not have."""
+    """Add the members of a module; a second module of one name, a mistake, adds what the first does not have."""
     is_new = reader.is_new("module", node.name)
     module = reader.names.modules.setdefault(node.name.text, ModuleNames())
     requests: dict[str, Span] = {}
@@ -209,7 +209,7 @@ def _params(
 
 
 def _check_observables(spec: tree.Spec, mistakes: Mistakes) -> None:
-    """Note a consumable resource and a top-level poster of one name: `observe` could not tell them apart."""
+    """Note a consumable resource and a top-level poster of one name: `observe` would be ambiguous."""
     taken: dict[str, tree.Poster | tree.Resource] = {}
     for item in spec.items:
         if isinstance(item, tree.Poster) or (isinstance(item, tree.Resource) and item.consumable):
@@ -220,7 +220,7 @@ def _check_observables(spec: tree.Spec, mistakes: Mistakes) -> None:
 
 
 def _groups(spec: tree.Spec, reader: _Reader) -> None:
-    """Expand the groups, each after those that it names."""
+    """Expand the groups, each after those that it names, and note cycles."""
     nodes: dict[str, tree.Group] = {}
     for item in spec.items:
         if isinstance(item, tree.Group) and reader.is_new("group", item.name):

@@ -1,4 +1,4 @@
-"""The model under construction: what has been resolved so far, in the order of the text."""
+"""The model under construction: the parts that are resolved so far, in the order of the text."""
 
 from collections import Counter
 from dataclasses import field
@@ -32,12 +32,12 @@ from exover.source import Span
 from exover.syntax import tree
 
 MAX_ITEMS = 1_000_000
-"""Rules and guards of one file with its lists expanded."""
+"""The most rules and guards of a spec with its lists expanded."""
 
 
 @dataclass(slots=True)
 class Parts:
-    """The clauses of one request, wherever in the file they stand."""
+    """The clauses of one request, from its declaration and from contexts."""
 
     guards: list[Guard] = field(default_factory=list)
     shares: list[Share] = field(default_factory=list)
@@ -47,17 +47,17 @@ class Parts:
     interrupts_self: bool = False
 
     def on(self, occasion: tree.Occasion) -> tuple[Effect, ...]:
-        """Return what happens on this occasion."""
+        """Return the effects of the `on` clauses for this occasion."""
         return tuple(self.effects.get(occasion, ()))
 
     def affect(self, occasion: tree.Occasion, effect: SetState | Forget) -> None:
-        """Add an effect."""
+        """Add an effect for an occasion."""
         self.effects.setdefault(occasion, []).append(effect)
 
 
 @dataclass(frozen=True, slots=True)
 class KillCheck:
-    """The requests of a kill remedy, and those that its rule reads: `active`, and through the resources `used`."""
+    """The requests of a kill remedy; its rule reads the requests `active`, and the users of the resources `used`."""
 
     entries: tuple[ListedRequest, ...]
     active: frozenset[str]
@@ -66,7 +66,7 @@ class KillCheck:
 
 @dataclass(slots=True)
 class Draft:
-    """Everything found so far; `place` numbers what can demand something, `taken` holds the names of rules."""
+    """The parts of a model so far; `place` numbers guards, consumptions and rules, `_taken` holds names of rules."""
 
     names: SymbolTable
     meanings: dict[str, Meaning | None]
@@ -79,7 +79,7 @@ class Draft:
     users: dict[str, set[str]] = field(default_factory=dict)
     """The requests that use each renewable resource."""
     totals: Counter[str] = field(default_factory=Counter)
-    """The most that all clauses together may add to the shares or the level of each resource."""
+    """A bound for the shares or the level of each resource: the sum of all amounts in clauses and the capacity."""
     kills: list[KillCheck] = field(default_factory=list)
     _taken: dict[str, Span] = field(default_factory=dict)
     _counts: Counter[str] = field(default_factory=Counter)
@@ -87,16 +87,16 @@ class Draft:
     _items: int = 0
 
     def place(self) -> int:
-        """Return the next place."""
+        """Return the next number of a place."""
         self._places += 1
         return self._places - 1
 
     def where(self, span: Span) -> Location:
-        """Return the beginning of a span as a place of the model."""
+        """Return the start of a span as a location."""
         return Location(*self.mistakes.source.place(span.start))
 
     def has_room(self, number: int, span: Span) -> bool:
-        """Return whether so many more rules and guards can be taken, or note that they cannot."""
+        """Count so many more rules and guards; return whether there are at most MAX_ITEMS, and if not, note it."""
         self._items += number
         if self._items <= MAX_ITEMS:
             return True
@@ -118,7 +118,7 @@ class Draft:
             self.mistakes.add("E211", message, span, label=label, hint="" if labelled else "leave one of the two out")
 
     def label(self, prefix: str, keyword: str, label: tree.Name | None, span: Span) -> str:
-        """Return the name of a rule or clause, by its label or its number, and take it."""
+        """Return the name of a rule or clause, made of its label or its number, and claim it."""
         self._counts[prefix + keyword] += 1
         name = prefix + (label.text if label else f"{keyword}.{self._counts[prefix + keyword]}")
         self.claim(name, label.span if label else span)
@@ -131,7 +131,7 @@ class Draft:
         owner: Signature | None = None,
         latches: frozenset[str] = frozenset(),
     ) -> Meaning | None:
-        """Return what a condition means at such a place, or None and the mistakes in it."""
+        """Return the meaning of a condition in such a place, or None with its mistakes noted."""
         return meaning(NameScope(self.names, self.meanings, self.mistakes, standing, owner, None, latches), node)
 
     # ---- remedies ----
@@ -139,7 +139,10 @@ class Draft:
     def remedies(
         self, nodes: tuple[tree.Remedy, ...], active: frozenset[str] | None, used: frozenset[str] = frozenset()
     ) -> tuple[Remedy, ...]:
-        """Return the remedies, reject if there are none; `active` and `used`: what may be killed (None: whatever)."""
+        """Return the remedies, reject if there are none; a kill is checked later against `active` and `used`.
+
+        These are as in `KillCheck`; if `active` is None, kills are not checked.
+        """
         found: list[Remedy] = []
         for node in nodes:
             match node:
@@ -165,7 +168,7 @@ class Draft:
                     self.mistakes.add("E404", message, entry.span, hint=hint)
 
     def check_totals(self) -> None:
-        """Note every resource whose sums may not fit 64 bits."""
+        """Note every resource whose sums may exceed 64 bits."""
         for name, resource in self.names.resources.items():
             if self.totals[name] > MAX_INT:
                 self.mistakes.add("E310", f"the sums of {quote(name)} may not fit 64 bits", resource.span)

@@ -1,4 +1,4 @@
-"""Conditions of a properties file, which may speak of the last step, and raw formulas of CTL and LTL."""
+"""Resolves conditions of a properties file, which may have predicates on steps, and raw formulas of CTL and LTL."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import field
@@ -37,7 +37,7 @@ from exover.syntax import tree
 
 @dataclass(frozen=True, slots=True)
 class Sized:
-    """A formula, how many atoms it has and how deep it is, each part counted as often as it stands there."""
+    """A formula, the number of its atoms and its depth; a shared part counts as often as it occurs."""
 
     formula: Formula
     size: int = 1
@@ -45,7 +45,7 @@ class Sized:
 
 
 def negated(part: Sized | None) -> Sized | None:
-    """Return the negation; that of a condition is a condition."""
+    """Return the negation, inside the atom if it is one; None for None."""
     if part is None:
         return None
     formula = Atom(Not(part.formula.condition)) if isinstance(part.formula, Atom) else Negation(part.formula)
@@ -53,7 +53,7 @@ def negated(part: Sized | None) -> Sized | None:
 
 
 def joined(connective: Literal["and", "or"], parts: Sequence[Sized | None]) -> Sized | None:
-    """Return the conjunction or disjunction; that of conditions is a condition."""
+    """Return the conjunction or disjunction, as one atom if all parts are atoms; None if a part is None."""
     found = [part for part in parts if part is not None]
     if len(found) < len(parts):
         return None
@@ -126,7 +126,7 @@ _QUANTIFIED: dict[tuple[tree.Quantifier, tree.BinaryOperator], Binary] = {
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """Reads the formulas of one file; `scope`: names of the spec, `defines`: what those of the file mean, so far."""
+    """Resolves the formulas of one file; `scope`: the names of the spec, `defines`: the file's own, resolved so far."""
 
     scope: NameScope
     defines: dict[str, Sized | None] = field(default_factory=dict)
@@ -137,7 +137,7 @@ class Reader:
         return self.scope.mistakes
 
     def bounded(self, found: Sized | None, span: Span) -> Sized | None:
-        """Return the formula if engines can take one of its size, else note a mistake and return None."""
+        """Return the formula if it is within MAX_ATOMS and MAX_DEPTH, else note a mistake and return None."""
         if found is None or (found.size <= MAX_ATOMS and found.depth <= MAX_DEPTH):
             return found
         deep = f"nested at most {MAX_DEPTH} deep, a temporal operator counted as {_LEVELS} levels"
@@ -148,7 +148,7 @@ class Reader:
     # ---- conditions ----
 
     def condition(self, node: tree.Cond) -> Sized | None:
-        """Return what a condition means, without temporal operators, or None and the mistakes in it."""
+        """Return the formula of a condition, without temporal operators, or None with its mistakes noted."""
         match node:
             case tree.Not(part):
                 return negated(self.condition(part))
@@ -171,7 +171,7 @@ class Reader:
         return NameScope(scope.names, scope.meanings, scope.mistakes, PROPERTY)
 
     def _happened(self, node: tree.Predicate, kind: tree.StepKind) -> Sized | None:
-        """Return `kind(…)` of any of the listed requests, or of the one whose arguments satisfy a condition."""
+        """Return the disjunction of `kind(…)` over the listed requests, or that of one request `with` a condition."""
         if node.condition is None:
             found = requests(self.scope.names, node.requests, self.mistakes)
             atoms = [Sized(Happened(kind, request)) for request in found]
@@ -187,7 +187,7 @@ class Reader:
     # ---- raw formulas ----
 
     def formula(self, node: tree.Formula, logic: tree.Logic) -> Sized | None:
-        """Return what a raw formula means, or None and the mistakes in it."""
+        """Return the meaning of a raw formula, or None with its mistakes noted."""
         match node:
             case tree.Connected("not", (part,)):
                 return negated(self.formula(part, logic))

@@ -1,4 +1,4 @@
-"""Notes what can constrain nothing by its form, whatever happens (docs/language.md, section 2)."""
+"""Notes statements that by their form constrain nothing (docs/language.md, section 2)."""
 
 from collections.abc import Collection
 from typing import assert_never
@@ -14,12 +14,12 @@ _READ_SOMETHING = "let it read something that changes: an activity, a poster, a 
 
 
 def fixed(cond: Cond) -> bool | None:
-    """Return the truth value that a condition has because of its constants alone; None if there is none."""
+    """Return the truth value that a condition has by its constants alone; None if they do not decide it."""
     match cond:
         case Status(_, _, where) | Past(_, where):
             return False if where is not None and fixed(where) is False else None
         case Compare() | Last():
-            return None  # what compares constants is decided where it is read
+            return None  # a comparison of constants was folded to TRUE or FALSE before
         case Not(part):
             return negated(fixed(part))
         case And(parts):
@@ -31,7 +31,7 @@ def fixed(cond: Cond) -> bool | None:
 
 
 def note_fixed(mistakes: Mistakes, cond: Cond, useless: bool, so: str, span: Span) -> None:
-    """Note a condition that has the value `useless` whatever happens: with it the statement constrains nothing."""
+    """Note a condition whose constants fix it to `useless`, the value with which its statement constrains nothing."""
     if fixed(cond) is useless:
         mistakes.unless_others(
             CODE, f"this condition is {str(useless).lower()} whatever happens, so {so}", span, _READ_SOMETHING
@@ -39,7 +39,7 @@ def note_fixed(mistakes: Mistakes, cond: Cond, useless: bool, so: str, span: Spa
 
 
 def note_amount(mistakes: Mistakes, word: str, amount: int, span: Span) -> None:
-    """Note an amount of nothing."""
+    """Note an amount of 0."""
     if amount == 0:
         mistakes.unless_others(CODE, f"`{word}` of the amount 0 changes nothing", span, "write an amount of 1 or more")
 
@@ -52,7 +52,7 @@ def note_mutex(mistakes: Mistakes, requests: tuple[str, ...], span: Span) -> Non
 
 
 def note_limit(mistakes: Mistakes, most: int, slots: int, span: Span) -> None:
-    """Note a limit that all instances of the listed requests together cannot exceed: they are `slots`."""
+    """Note a limit that cannot be exceeded: the listed requests have only `slots` <= `most` slots together."""
     if slots <= most:
         number = f"{slots} instance{'' if slots == 1 else 's'}"
         message = f"the listed requests have {number} together, so this limit is always kept"

@@ -1,4 +1,4 @@
-"""Collects the mistakes of one spec: each one once, in the order of the text."""
+"""Collects the mistakes of one spec, without duplicates, in the order of the text."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import field, replace
@@ -8,11 +8,11 @@ from exover.diagnostics import Diagnostic, capped, did_you_mean, quote
 from exover.source import Source, Span
 
 MAX_HINTS = 50
-"""Unknown names that are compared with the known ones; a file with more mistakes gets no more advice."""
+"""The most unknown names for which near known names are looked for; further ones get no advice."""
 MAX_KNOWN = 6
-"""Known names that a message lists where none is near."""
+"""The most known names that a message lists if none is near."""
 MAX_LINES = 5
-"""Further uses of one unknown name that a message lists."""
+"""The most further uses of one unknown name that a message lists."""
 
 Candidates = Callable[[], Iterable[str]]
 
@@ -27,7 +27,7 @@ class Mistakes:
     _consequences: list[Diagnostic] = field(default_factory=list)
 
     def add(self, code: str, message: str, span: Span, *, label: str = "", hint: str = "") -> None:
-        """Note a mistake; one of the same code at the same place is noted once."""
+        """Note a mistake, unless one of the same code at the same place is noted."""
         self._found.setdefault((code, span), Diagnostic(code, message, span, label, hint))
 
     def unknown(
@@ -48,21 +48,21 @@ class Mistakes:
         self.add("E210", f"{what} {quote(name)} is declared twice", span, label=label)
 
     def on_line(self, span: Span, here: Span) -> str:
-        """Return in words where a span begins, seen from another one: its line, and its file if that is another."""
+        """Return in words where `span` begins: its line, and its file if that is not the file of `here`."""
         file, line, column = self.source.place(span.start)
         return f"on line {line}" if file == self.source.at(here.start).name else f"at {file}:{line}:{column}"
 
     def unless_others(self, code: str, message: str, span: Span, hint: str) -> None:
-        """Note a mistake that is told only where all are noted so: it may be the consequence of another."""
+        """Note a mistake that may be a consequence of another one: it is returned only if there are no others."""
         self._consequences.append(Diagnostic(code, message, span, help=hint))
 
     def in_order(self) -> tuple[Diagnostic, ...]:
-        """Return the mistakes in the order of the text, of very many the first."""
+        """Return the mistakes in the order of the text, at most MAX_REPORTS and one that counts the rest."""
         found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())] or self._consequences
         return capped(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
 
     def _first(self, uses: list[Diagnostic]) -> Diagnostic:
-        """Return the first use in the text, with the lines of the others."""
+        """Return the diagnostic of the first use in the text, with the lines of the others as its label."""
         ordered = sorted({use.span.start: use for use in uses if use.span}.items())
         first = ordered[0][1]
         here = self.source.at(ordered[0][0]).name
@@ -76,11 +76,11 @@ class Mistakes:
 
 
 def known_here(names: list[str]) -> str:
-    """Return the known names in words, if they are few."""
+    """Return the known names in words if they are at most MAX_KNOWN, else ""."""
     return f"known here: {', '.join(map(quote, names))}" if 0 < len(names) <= MAX_KNOWN else ""
 
 
 def same_name(taken: dict[str, Span], name: str, span: Span) -> Span | None:
-    """Return where the name was taken before, or take it and return None."""
+    """Return the span of an earlier declaration of the name, or record this one and return None."""
     first = taken.setdefault(name, span)
     return None if first is span else first

@@ -1,4 +1,4 @@
-"""What the names of a spec stand for, once everything that declares one has been read."""
+"""The symbol table of a spec, and the resolution of names of modules, requests, resources and groups."""
 
 from collections.abc import Sequence
 from dataclasses import field
@@ -15,7 +15,7 @@ from exover.syntax import tree
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """A declared request: its full name and the types of its parameters and results, None for a mistaken type."""
+    """A declared request: its full name and the types of its parameters and results, None for a type with a mistake."""
 
     name: str
     module: str
@@ -25,7 +25,7 @@ class Signature:
 
 @dataclass(frozen=True, slots=True)
 class QuantityName:
-    """A poster, state or latch by its full name, declared at `span`; the type is None if a mistake stands there."""
+    """A poster, state or latch by its full name, declared at `span`; the type is None if it has a mistake."""
 
     name: str
     kind: Literal["poster", "state", "latch"]
@@ -44,7 +44,7 @@ class ResourceName:
 
 @dataclass(frozen=True, slots=True)
 class ModuleNames:
-    """What a module declares, by the name within it."""
+    """The declarations of a module, by their names within it."""
 
     requests: dict[str, Signature] = field(default_factory=dict)
     quantities: dict[str, QuantityName] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class ModuleNames:
 
 @dataclass(frozen=True, slots=True)
 class SymbolTable:
-    """All names of a spec, each under its own kind."""
+    """The symbol table: all names of a spec, by kind."""
 
     constants: Constants
     enums: dict[str, Enum]
@@ -70,19 +70,19 @@ class SymbolTable:
     requests: dict[str, Signature]
     """By full name, in the order of declaration."""
     nodes: dict[str, tree.Request]
-    """Where each request is declared."""
+    """The declaration of each request, by full name."""
 
 
 @dataclass(frozen=True, slots=True)
 class ListedRequest:
-    """A request in a list, and where the list names it (several requests for `m.*` and groups)."""
+    """A request in a list, and the span of its entry there, which `m.*` and groups share among several requests."""
 
     request: str
     span: Span
 
 
 def find_module(names: SymbolTable, name: tree.Name, mistakes: Mistakes, hint: str = "") -> ModuleNames | None:
-    """Return the module of this name, or None and a mistake."""
+    """Return the module of this name, or None with a mistake noted."""
     found = names.modules.get(name.text)
     if found is None:
         mistakes.unknown(
@@ -92,7 +92,7 @@ def find_module(names: SymbolTable, name: tree.Name, mistakes: Mistakes, hint: s
 
 
 def find_request(names: SymbolTable, ref: tree.Ref, mistakes: Mistakes) -> Signature | None:
-    """Return the request that `m.r` names, or None and a mistake."""
+    """Return the request that `m.r` names, or None with a mistake noted."""
     module = find_module(names, ref.module, mistakes)
     if module is None:
         return None
@@ -111,7 +111,7 @@ def find_request(names: SymbolTable, ref: tree.Ref, mistakes: Mistakes) -> Signa
 
 
 def _near(names: SymbolTable, module: str) -> list[str]:
-    """Return the requests of a module; all requests if it has none."""
+    """Return the requests of a module; those of the whole spec if it has none."""
     return list(names.modules[module].all) or list(names.requests)
 
 
@@ -122,7 +122,7 @@ def instances_of(names: SymbolTable, request: str) -> int:
 
 
 def find_resource(names: SymbolTable, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
-    """Return the resource of this name, or None and a mistake."""
+    """Return the resource of this name, or None with a mistake noted."""
     found = names.resources.get(name.text)
     if found is None:
         message = f"unknown resource {quote(name.text)}"
@@ -131,7 +131,7 @@ def find_resource(names: SymbolTable, name: tree.Name, mistakes: Mistakes) -> Re
 
 
 def listed(names: SymbolTable, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ...]:
-    """Return the requests that one entry of a list names, in order; what is unknown is a mistake and left out."""
+    """Return the requests that one entry of a list names, in order; an unknown name is noted, and names none."""
     match node:
         case tree.Ref():
             signature = find_request(names, node, mistakes)
@@ -160,7 +160,7 @@ def _meant(names: SymbolTable, name: str) -> str:
 
 
 def entries(names: SymbolTable, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[ListedRequest, ...]:
-    """Return the requests of a list in order, groups and `m.*` expanded; one that stands twice is a mistake."""
+    """Return the requests of a list in order, groups and `m.*` expanded, without duplicates, which are mistakes."""
     found: dict[str, ListedRequest] = {}
     for node in nodes:
         twice = ""

@@ -1,4 +1,4 @@
-"""From the tree of a properties file to what it says of a model (docs/language.md section 8)."""
+"""From the tree of a properties file to its properties and assumptions on a model (docs/language.md section 8)."""
 
 from collections.abc import Iterator
 from typing import assert_never
@@ -35,9 +35,9 @@ from exover.syntax import tree
 def resolve_properties(
     file: tree.Properties, source: Source, model: Model
 ) -> tuple[Properties | None, tuple[Diagnostic, ...]]:
-    """Return what the file says and all mistakes in the order of the text; the former is None iff there is a mistake.
+    """Return the properties, None iff there is a mistake, and all mistakes in the order of the text.
 
-    A file for another spec has that one mistake: its names would all be unknown.
+    For a file of another spec this is the only mistake, since all its names would be unknown.
     """
     mistakes = Mistakes(source)
     if file.spec.text != model.name:
@@ -65,7 +65,7 @@ def _where(reader: Reader, span: Span) -> Location:
 
 
 def _read_defines(reader: Reader, file: tree.Properties) -> None:
-    """Read the defines of the file, each after those that it uses."""
+    """Resolve the defines of the file, each after those that it uses, and note cycles and names declared twice."""
     names, known = reader.scope.names, reader.scope.meanings
     taken: dict[str, Span] = {}
     for item in file.items:
@@ -89,7 +89,7 @@ def _read_defines(reader: Reader, file: tree.Properties) -> None:
 
 
 def _check_doubles(reader: Reader, file: tree.Properties) -> None:
-    """Note two properties of one name, and fair reports assumed twice."""
+    """Note a second property of one name, and a second assumption of fair reports."""
     taken: dict[str, Span] = {}
     fair: Span | None = None
     for item in file.items:
@@ -107,7 +107,7 @@ def _check_doubles(reader: Reader, file: tree.Properties) -> None:
 
 
 def _assumptions(reader: Reader, file: tree.Properties) -> Iterator[Assumption]:
-    """Yield what is assumed; what stands there twice is a mistake."""
+    """Yield the assumptions; a second one with the same formula is a mistake."""
     first: dict[Formula, Span] = {}
     for item in (each for each in file.items if isinstance(each, tree.Assume)):
         found = _assumption(reader, item)
@@ -144,7 +144,7 @@ def _property(reader: Reader, item: tree.Property) -> Property | None:
 
 
 Read = tuple[Form, Formula, tree.Cond | None]
-"""A form, its formula, and its premise as the text has it."""
+"""A form, its formula, and its premise as a node of the tree, None if it has none."""
 
 
 def _raw(reader: Reader, form: tree.Raw) -> Read | None:
@@ -153,7 +153,7 @@ def _raw(reader: Reader, form: tree.Raw) -> Read | None:
 
 
 def _form(reader: Reader, form: tree.SimpleForm) -> Read | None:
-    """Return the formula of a form as docs/language.md section 8 gives it, or None and the mistakes in it."""
+    """Return the formula of a form as in docs/language.md section 8, or None with its mistakes noted."""
     parts = _parts(reader, form)
     match form, parts:
         case tree.Never(condition), (one,):
@@ -178,7 +178,7 @@ def _form(reader: Reader, form: tree.SimpleForm) -> Read | None:
 
 
 def _parts(reader: Reader, form: tree.SimpleForm) -> tuple[Formula, ...]:
-    """Return what the conditions of a form mean, in the order of the text; fewer if there are mistakes in them."""
+    """Return the formulas of the conditions of a form, in the order of the text, without those with mistakes."""
     nodes: tuple[tree.Cond, ...]
     match form:
         case tree.Never(one) | tree.Always(one) | tree.Possible(one) | tree.AlwaysPossible(one):
@@ -192,7 +192,7 @@ def _parts(reader: Reader, form: tree.SimpleForm) -> tuple[Formula, ...]:
 
 
 def _premise_of(formula: tree.Formula) -> tree.Cond | None:
-    """Return p of `G (p -> q)` and `AG (p -> q)`, if p is a condition and not a formula."""
+    """Return p of `G (p -> q)` or `AG (p -> q)` if p has no temporal operator; else None."""
     match formula:
         case tree.Temporal("G" | "AG", tree.Connected("implies", (premise, _))):
             return _as_condition(premise)
@@ -201,7 +201,7 @@ def _premise_of(formula: tree.Formula) -> tree.Cond | None:
 
 
 def _as_condition(node: tree.Formula) -> tree.Cond | None:
-    """Return a formula without temporal operators as the condition that it is, else None."""
+    """Return a formula without temporal operators as a condition; None for any other."""
     match node:
         case tree.Temporal() | tree.TemporalBinary() | tree.Quantified():
             return None

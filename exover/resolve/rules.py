@@ -1,4 +1,4 @@
-"""What stands outside modules: mutexes, limits, `forbid`, required launches, resources and latches."""
+"""Resolves declarations outside modules: mutexes, limits, `forbid`, launch rules, resources and latches."""
 
 from itertools import combinations
 
@@ -30,7 +30,7 @@ def add_mutex(draft: Draft, node: tree.Mutex) -> None:
 
 
 def add_over(draft: Draft, node: tree.MutexOver) -> None:
-    """Add one rule for each winner and each loser."""
+    """Add one rule for each pair of a winner and a loser."""
     name = draft.label("", "mutex", node.label, node.span)
     winners = requests(draft.names, node.winners, draft.mistakes)
     losers = entries(draft.names, node.losers, draft.mistakes)
@@ -54,7 +54,7 @@ def _no_self(draft: Draft, winners: tuple[str, ...], losers: tuple[ListedRequest
 
 
 def add_limit(draft: Draft, node: tree.Limit) -> None:
-    """Add the rule that at most so many slots of the listed requests are active."""
+    """Add the rule that at most `node.most` slots of the listed requests are active."""
     name = draft.label("", "limit", node.label, node.span)
     most = count(node.most, draft.mistakes)
     names = tuple(entry.request for entry in entries(draft.names, node.requests, draft.mistakes))
@@ -70,7 +70,7 @@ def add_limit(draft: Draft, node: tree.Limit) -> None:
 
 
 def add_forbid(draft: Draft, node: tree.Forbid) -> None:
-    """Add the rule."""
+    """Add the rule of a `forbid`."""
     name = draft.label("", "forbid", node.label, node.span)
     found = draft.meaning(FORBID, node.condition)
     reads = found.reads if found else frozenset()
@@ -89,7 +89,7 @@ def add_resource(draft: Draft, node: tree.Resource) -> None:
     """Add the resource and, if it is renewable, its rule."""
     name = node.name.text
     if draft.names.resources[name].span != node.name.span:
-        return  # a second one of the name, noted already
+        return  # a second resource of the name, a mistake that `declare` notes
     draft.claim(name, node.name.span)
     capacity = count(node.capacity, draft.mistakes)
     initial = capacity if node.initial is None else count(node.initial, draft.mistakes)
@@ -117,7 +117,7 @@ def _check_consumable(draft: Draft, node: tree.Resource) -> None:
 
 
 def add_launch(draft: Draft, node: tree.Launch) -> None:
-    """Add the required launch."""
+    """Add the launch rule."""
     name = draft.label("", "launch", node.label, node.span)
     request = find_request(draft.names, node.request, draft.mistakes)
     args = _arguments(draft, node, request) if request else None
@@ -130,7 +130,7 @@ def add_launch(draft: Draft, node: tree.Launch) -> None:
 
 
 def _arguments(draft: Draft, node: tree.Launch, request: Signature) -> tuple[ModelValue, ...] | None:
-    """Return the arguments, each of its type, or None and a mistake."""
+    """Return the arguments, converted to the types of the parameters, or None with a mistake noted."""
     params, name, count = request.params, request.name, len(request.params)
     if len(node.arguments) != count:
         message = f"{quote(name)} takes {count} argument{'' if count == 1 else 's'}, not {len(node.arguments)}"
@@ -148,7 +148,7 @@ def _arguments(draft: Draft, node: tree.Launch, request: Signature) -> tuple[Mod
 
 
 def add_latch(draft: Draft, node: tree.Latch) -> None:
-    """Add the latch."""
+    """Add the latch, which may read the latches before it."""
     before = frozenset(latch.name for latch in draft.latches)
     found = draft.meaning(LATCH, node.condition, latches=before)
     resets = requests(draft.names, node.until, draft.mistakes)

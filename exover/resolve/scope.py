@@ -1,4 +1,4 @@
-"""Where a condition stands: what its names stand for and what it may read."""
+"""The scope of a condition: how its names are resolved and what it may read."""
 
 from dataclasses import field, replace
 from typing import Literal, get_args
@@ -35,7 +35,7 @@ EVERYTHING: frozenset[ReadKind] = frozenset(get_args(ReadKind))
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """A sort of place for conditions: what may be read there, and the code and text of the mistake of reading more."""
+    """A kind of place for conditions: what may be read there, and the code and help of the mistake otherwise."""
 
     name: str
     allowed: frozenset[ReadKind]
@@ -60,7 +60,7 @@ AMOUNT = Standing("this `when`", frozenset(), "E403", "it reads parameters of it
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """A resolved condition: what it reads, how many atoms it has and how deep it is."""
+    """A resolved condition: what it reads, the number of its atoms and its depth, with defines expanded."""
 
     cond: Cond
     reads: frozenset[tuple[ReadKind, str]]
@@ -70,7 +70,7 @@ class Meaning:
 
 @dataclass(slots=True)
 class ConditionTally:
-    """What has been read so far by the condition that is being resolved."""
+    """The reads, atoms and depth so far of the condition that is being resolved."""
 
     reads: set[tuple[ReadKind, str]] = field(default_factory=set)
     size: int = 0
@@ -79,7 +79,7 @@ class ConditionTally:
 
 @dataclass(frozen=True, slots=True)
 class Typed:
-    """A term whose type is known; that of a sum is the range that its value can lie in."""
+    """A term of known type; the type of a sum is the range of its values."""
 
     type: Type
     term: ModelTerm
@@ -89,7 +89,7 @@ class Typed:
 
 @dataclass(frozen=True, slots=True)
 class Defined:
-    """The use of a define."""
+    """A use of a define; `meaning` is None if that has a mistake."""
 
     name: str
     meaning: Meaning | None
@@ -106,7 +106,10 @@ class Subject:
 
 @dataclass(frozen=True, slots=True)
 class NameScope:
-    """The names that can be used at one place; `owner`: the request whose clause it is, `subject`: inside `with`."""
+    """The names that can be used in one place.
+
+    `owner`: the request whose clause it is, None elsewhere; `subject`: the request of the `with` around it, if any.
+    """
 
     names: SymbolTable
     meanings: dict[str, Meaning | None]
@@ -115,23 +118,23 @@ class NameScope:
     owner: Signature | None = None
     subject: Subject | None = None
     latches: frozenset[str] = frozenset()
-    """In a latch, the latches before it."""
+    """In the condition of a latch, the latches declared before it."""
     tally: ConditionTally = field(default_factory=ConditionTally)
 
     def inside(self, request: Signature, past: bool) -> "NameScope":
-        """Return the scope inside a `with` about this request."""
+        """Return the scope inside a `with` of this request; `past`: results can be read too."""
         params = request.params | request.results if past else request.params
         return replace(self, subject=Subject(request, params))
 
     def read(self, kind: ReadKind, name: str, span: Span) -> bool:
-        """Return whether this may be read here, and note that it is; if not, that is a mistake."""
+        """Record that this is read, and return whether it may be read here; if not, note a mistake."""
         self.tally.reads.add((kind, name))
         return self._may_read(kind, name, span, "")
 
     def read_all(self, meaning: Meaning, define: str, span: Span) -> bool:
-        """Return whether all that a define reads may be read here."""
+        """Record all that a define reads, and return whether it may be read here; if not, note a mistake."""
         self.tally.reads.update(meaning.reads)
-        # Sorted: the first that may not be read is the one that the message names.
+        # Sorted, because the message names the first one that may not be read.
         return all(self._may_read(kind, name, span, define) for kind, name in sorted(meaning.reads))
 
     def _may_read(self, kind: ReadKind, name: str, span: Span, define: str) -> bool:
@@ -151,9 +154,9 @@ class NameScope:
         return False
 
     def lookup(self, use: tree.NameUse) -> Typed | Constant | Defined | None:
-        """Return what a name in a condition stands for; None if that is a mistake, noted already.
+        """Return what a name in a condition resolves to, or None with a mistake noted.
 
-        A name that is nothing else is a Symbol: whether it is an enum value, the other side of a comparison tells.
+        A name that is declared as nothing else is a Symbol: the other side of a comparison decides its enum.
         """
         if use.module is not None:
             return self._member(use.module, use.name, use.span)
@@ -188,7 +191,7 @@ class NameScope:
         return Symbol(name, span)
 
     def is_define(self, name: str) -> bool:
-        """Return whether the name is that of a define, of this text or one known before."""
+        """Return whether a define of this file, or in a properties file one of the spec, has this name."""
         return name in self.names.defines or name in self.meanings
 
     def _no_reading(self, kind: str, name: str, span: Span) -> None:
@@ -203,7 +206,7 @@ class NameScope:
         return None if constant is None else at(constant, span)
 
     def _member(self, module: tree.Name, name: tree.Name, span: Span) -> Typed | None:
-        """Return the poster or state `m.s`."""
+        """Return the poster or state `m.s`, or None with a mistake noted."""
         value = name.text in self.names.constants.enum_values
         hint = f"an enum value is written alone: {quote(name.text)}" if value else ""
         found = find_module(self.names, module, self.mistakes, hint)
@@ -232,7 +235,7 @@ class NameScope:
         return Typed(kind, term, "param", span) if kind else None
 
     def own(self, node: tree.SelfName) -> Typed | None:
-        """Return what `self.p` stands for; outside `with` it is the parameter p as well."""
+        """Return the term of `self.p`, or None with a mistake noted; outside `with` it is the same as `p`."""
         name = node.name.text
         if self.owner is None:
             message = f"`self.{name}` stands outside the clauses of a request"
@@ -254,7 +257,7 @@ class NameScope:
         return self._param(kind, Own(name), node.span)
 
     def parameter_hint(self, name: str) -> str:
-        """Return the advice for a name inside `with` that is a parameter of the request whose clause it is."""
+        """Return the advice to write `self.name` inside `with` if the owner has such a parameter, else ""."""
         return (
             f"did you mean {quote(f'self.{name}')}?"
             if self.subject and self.owner and name in self.owner.params
@@ -262,7 +265,7 @@ class NameScope:
         )
 
     def unknown(self, symbol: Symbol) -> None:
-        """Note that a name stands for nothing here."""
+        """Note that a name cannot be resolved here."""
         name, span = symbol.name, symbol.span
         if self.subject:
             request = self.subject.request
@@ -281,7 +284,7 @@ class NameScope:
         self.mistakes.unknown(code, message, name, span, self._visible, hint)
 
     def _other_kind(self, name: str) -> str:
-        """Return the advice for a name that is known as something else, or nothing."""
+        """Return the advice on a name that is declared as something else, "" if it is not."""
         full = [known.quantities[name].name for known in self.names.modules.values() if name in known.quantities]
         if full:
             return f"did you mean {quote(full[0])}?"
@@ -293,7 +296,7 @@ class NameScope:
         return ""
 
     def _visible(self) -> list[str]:
-        """Return the names that can be read here, enum values apart."""
+        """Return the names that may be used here, without enum values."""
         owner = self.owner
         own = [*owner.params, *self.names.modules[owner.module].quantities] if owner else []
         full = [known.name for module in self.names.modules.values() for known in module.quantities.values()]

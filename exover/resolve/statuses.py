@@ -1,4 +1,4 @@
-"""The conditions that rules about activity come down to; equal ones are one object, as a large mutex has many pairs."""
+"""The conditions of rules about activity; their parts are shared objects, since a large mutex has many pairs."""
 
 from functools import lru_cache
 

@@ -1,4 +1,4 @@
-"""Terms, and the comparison of two of them: the rules on types of docs/language.md section 2."""
+"""Resolves terms and comparisons, by the typing rules of docs/language.md section 2."""
 
 from typing import assert_never
 
@@ -12,11 +12,11 @@ from exover.source import Span
 from exover.syntax import tree
 
 Operand = Typed | Numeral | Symbol
-"""A term as far as it is known without the other side of its comparison."""
+"""A term whose type may still depend on the other side of its comparison."""
 
 
 def operand(scope: NameScope, node: tree.Term) -> Operand | None:
-    """Return what a term is, or None and a mistake."""
+    """Return the operand of a term, or None with a mistake noted; a define is a mistake."""
     found = unit(scope, node) if not isinstance(node, tree.Product | tree.Sum) else _sum(scope, node)
     if isinstance(found, Defined):
         scope.mistakes.add("E219", f"define {quote(found.name)} is a condition, a value is needed here", found.span)
@@ -25,7 +25,7 @@ def operand(scope: NameScope, node: tree.Term) -> Operand | None:
 
 
 def unit(scope: NameScope, node: tree.Unit) -> Operand | Defined | None:
-    """Return what a term without arithmetic is, or None and a mistake."""
+    """Return the operand or the define of a term without arithmetic, or None with a mistake noted."""
     match node:
         case tree.Number():
             return numeral(node)
@@ -46,7 +46,7 @@ def unit(scope: NameScope, node: tree.Unit) -> Operand | Defined | None:
 
 
 def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
-    """Return an integer sum in normal form: like terms joined in the order of the text, no factor 0."""
+    """Return an integer sum in normal form: like terms are collected in the order of the text, no factor is 0."""
     parts: list[tuple[int, tree.Unit | tree.Product]]
     if isinstance(node, tree.Product):
         parts = [(1, node)]
@@ -71,8 +71,8 @@ def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
 def _normal(
     scope: NameScope, constant: int, factors: dict[ModelTerm, int], ranges: dict[ModelTerm, Int], span: Span
 ) -> Operand | None:
-    """Return `constant + sum(factor * term)`, whose every step fits 64 bits, also without the constant, or None and a
-    mistake.
+    """Return `constant + sum(factor * term)` if all partial sums fit 64 bits, with and without the constant; else None
+    with a mistake noted.
     """
     low = high = constant
     in_range = fits(constant)
@@ -93,9 +93,9 @@ def _normal(
 def _product(
     scope: NameScope, sign: int, node: tree.Unit | tree.Product, whole: Span
 ) -> tuple[int, Typed | None] | None:
-    """Return a factor and the one term that it multiplies (None: it is a constant), or None and a mistake.
+    """Return a factor and the one term that it multiplies (None: a constant), or None with a mistake noted.
 
-    `whole` is the place of the sum: what has no place in it is one mistake, however often it stands there.
+    `whole` is the span of the sum; several operands of a wrong type are one mistake there.
     """
     factor, variable, right = sign, None, True
     for part in node.factors if isinstance(node, tree.Product) else (node,):
@@ -117,7 +117,7 @@ def _product(
 
 
 def _no_summand(scope: NameScope, found: Operand, whole: Span) -> bool:
-    """Note why something has no place in a sum or product; return False."""
+    """Note why an operand is not allowed in a sum or product; return False."""
     match found:
         case Symbol(name) if name not in scope.names.constants.enum_values:
             scope.unknown(found)
@@ -134,7 +134,7 @@ def _no_summand(scope: NameScope, found: Operand, whole: Span) -> bool:
 def relate(
     scope: NameScope, relation: Operator, left: Operand | None, right: Operand | None, span: Span
 ) -> Cond | None:
-    """Return `left relation right`, or None and a mistake; a comparison of constants is true or false at once."""
+    """Return `left relation right`, or None with a mistake noted; a comparison of constants is folded."""
     if left is None or right is None:
         return None
     if isinstance(left, Symbol) and isinstance(right, Symbol):
@@ -166,7 +166,7 @@ def _two_symbols(scope: NameScope, left: Symbol, right: Symbol) -> None:
 
 
 def _settle(scope: NameScope, this: Operand, other: Operand) -> Typed | Numeral | None:
-    """Return one side of a comparison, an enum value as one of the other side's enum; None and a mistake otherwise."""
+    """Return one side of a comparison, a Symbol as a value of the other side's enum, or None with a mistake noted."""
     if not isinstance(this, Symbol):
         return this
     known = this.name in scope.names.constants.enum_values
@@ -190,7 +190,7 @@ def _settle(scope: NameScope, this: Operand, other: Operand) -> Typed | Numeral 
 
 
 def _fold(scope: NameScope, relation: Operator, left: Numeral, right: Numeral) -> Cond | None:
-    """Return TRUE or FALSE: two ints compare as ints, else both as doubles."""
+    """Return TRUE or FALSE, or None with a mistake noted: two ints compare as ints, otherwise both as doubles."""
     if left.whole is not None and right.whole is not None:
         return TRUE if OPERATORS[relation](left.whole, right.whole) else FALSE
     values = real(left, scope.mistakes), real(right, scope.mistakes)
@@ -200,7 +200,10 @@ def _fold(scope: NameScope, relation: Operator, left: Numeral, right: Numeral) -
 
 
 def _opposite(scope: NameScope, constant: Numeral, other: Typed, span: Span) -> Const | None:
-    """Return the value of a number opposite a term: an int, or the nearest double; None and a mistake otherwise."""
+    """Return a number as a constant of the type of the term that it is compared with: an int, or the nearest double.
+
+    None with a mistake noted if that is impossible.
+    """
     match other.type:
         case Int() if constant.whole is not None:
             if fits(constant.whole):
@@ -243,19 +246,22 @@ def _typed(scope: NameScope, relation: Operator, left: Typed, right: Typed, span
 
 
 def _difference_fits(left: Typed, one: Int, right: Typed, other: Int) -> bool:
-    """Return whether the difference of two sides fits 64 bits, their constants aside, as tables have it."""
+    """Return whether the difference of two sides without their constants fits 64 bits: tables test that difference."""
     first, second = (side.term.constant if isinstance(side.term, Sum) else 0 for side in (left, right))
     low, high = one.low - first - (other.high - second), one.high - first - (other.low - second)
     return fits(low) and fits(high)
 
 
 def no_order(scope: NameScope, kind: Type, span: Span) -> None:
-    """Note that values of this type have no order."""
+    """Note that values of this type are not ordered."""
     scope.mistakes.add("E303", f"{describe(kind)} has no order", span, hint="it has `==`, `!=` and `in { … }`")
 
 
 def _reals(scope: NameScope, left: Typed, right: Typed, span: Span) -> bool:
-    """Return whether two reals may be compared: of one request, or one is a poster, where that is allowed."""
+    """Return whether two reals may be compared: both are parameters, or the scope allows a real poster here.
+
+    If not, note a mistake.
+    """
     if left.term == right.term:
         scope.mistakes.add("E302", "a real is compared with itself", span)
         return False

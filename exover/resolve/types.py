@@ -1,4 +1,4 @@
-"""Types as written become types of the model (docs/language.md section 2)."""
+"""Resolves types of the tree to types of the model (docs/language.md section 2)."""
 
 from collections.abc import Callable, Iterable, Mapping
 from math import inf
@@ -14,11 +14,11 @@ from exover.syntax.hints import TYPES
 
 N = TypeVar("N", int, float)
 MAX_OWN_VALUES = 256
-"""Values that a parameter may have for `self.p` to be read inside `with`."""
+"""The most values of an int parameter p for which `self.p` can be read inside `with`."""
 
 
 def enum_of(names: Iterable[tree.Name], mistakes: Mistakes) -> Enum:
-    """Return the enum of the listed values; a value that stands twice is a mistake and counts once."""
+    """Return the enum of the listed values, without duplicates, which are mistakes."""
     taken: dict[str, Span] = {}
     for name in names:
         first = same_name(taken, name.text, name.span)
@@ -28,7 +28,7 @@ def enum_of(names: Iterable[tree.Name], mistakes: Mistakes) -> Enum:
 
 
 def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistakes: Mistakes) -> Type | None:
-    """Return the type that the text names, or None and a mistake."""
+    """Return the type of a node, or None with a mistake noted."""
     match node:
         case tree.BoolType():
             return Bool()
@@ -53,7 +53,7 @@ def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistak
 def _ends(
     limits: tree.Range, value: Callable[[Numeral, Mistakes], N | None], known: Constants, mistakes: Mistakes
 ) -> tuple[N, N] | None:
-    """Return the two ends of a range, each a `value` of the type, or None and a mistake."""
+    """Return the two ends of a range, converted by `value`, or None with a mistake noted."""
     bounds = [_number(bound, known, mistakes) for bound in (limits.low, limits.high)]
     low, high = (None if bound is None else value(bound, mistakes) for bound in bounds)
     if low is None or high is None or _empty(low, high, limits, mistakes):
@@ -62,7 +62,7 @@ def _ends(
 
 
 def _number(bound: tree.Bound, known: Constants, mistakes: Mistakes) -> Numeral | None:
-    """Return the number that a bound is, or None and a mistake."""
+    """Return the number of a bound, or None with a mistake noted."""
     constant: Constant | None = constant_of(bound, known)
     if isinstance(constant, Symbol) and constant.name not in known.enum_values:
         no_constant(constant, None, known, mistakes)
@@ -72,14 +72,14 @@ def _number(bound: tree.Bound, known: Constants, mistakes: Mistakes) -> Numeral 
 
 
 def _empty(low: float, high: float, limits: tree.Range, mistakes: Mistakes) -> bool:
-    """Return whether nothing lies in the range, and note it."""
+    """Return whether the range is empty, and if so, note it."""
     if low > high:
         mistakes.add("E306", "an empty range", limits.span, label="the lower bound is above the upper one")
     return low > high
 
 
 def few_values(kind: Type) -> bool:
-    """Return whether `self.p` of this type can be read inside `with`: a bool, an enum, an int of at most 256 values."""
+    """Return whether `self.p` of this type can be read inside `with`: a bool, an enum, an int of few values."""
     match kind:
         case Bool() | Enum():
             return True

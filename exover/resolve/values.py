@@ -1,4 +1,4 @@
-"""Constants: literals, names of consts, and the values that they give to a bool, an int, a real or an enum."""
+"""Resolves constants: literals and names of consts, and their conversion to a bool, an int, a real or an enum."""
 
 import math
 from collections.abc import Mapping
@@ -20,8 +20,8 @@ MIN_INT, MAX_INT = -(2**63), 2**63 - 1
 class Numeral:
     """A number whose type is not known yet.
 
-    `text` is the literal with its sign, from which its double is read; `whole` its integer, None for a literal with a
-    fraction or an exponent. `folded`: it is the result of arithmetic, and so an int for good.
+    `text` is the literal with its sign, from which a double is made; `whole` is its integer, None for a literal with a
+    fraction or an exponent. `folded`: it is the result of arithmetic, which must be used as an int.
     """
 
     text: str
@@ -32,7 +32,7 @@ class Numeral:
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A name that is an enum value, if it is anything; what stands opposite tells."""
+    """A name that can only be an enum value; the other side of a comparison, or the type, decides of which enum."""
 
     name: str
     span: Span
@@ -43,10 +43,10 @@ Constant = Numeral | Symbol | bool
 
 @dataclass(frozen=True, slots=True)
 class Constants:
-    """What the names of constants mean: the consts of the file (None: a mistake is noted already) and all enum values.
+    """The names of constants: the consts of the file (None: its mistake is noted) and all enum values.
 
-    `others` are the names of top-level posters, latches and defines, which are no constants; `parameters` those of the
-    request whose clause it is.
+    `others` are the names of top-level posters, latches and defines, which are no constants; `parameters` are those of
+    the request whose clause is resolved. Both serve messages only.
     """
 
     consts: Mapping[str, Constant | None]
@@ -62,7 +62,7 @@ def numeral(node: tree.Number) -> Numeral:
 
 
 def at(constant: Constant, span: Span) -> Constant:
-    """Return the constant as used at `span`."""
+    """Return the constant with the place `span`."""
     return constant if isinstance(constant, bool) else replace(constant, span=span)
 
 
@@ -72,18 +72,18 @@ def fits(number: int) -> bool:
 
 
 def count(node: tree.Number, mistakes: Mistakes) -> int | None:
-    """Return the value of an INT of the grammar, or None and note that it does not fit 64 bits."""
+    """Return the value of an INT of the grammar, or None with a mistake noted if it does not fit 64 bits."""
     return _whole(numeral(node), mistakes)
 
 
 def real(constant: Numeral, mistakes: Mistakes) -> float | None:
-    """Return the double nearest to a number; None and a mistake if it is not finite or the result of arithmetic."""
+    """Return the double nearest to a number; None with a mistake noted if it is infinite or a result of arithmetic."""
     if constant.folded:
         mistakes.add(
             "E302", "a sum or product of constants cannot stand for a real", constant.span, hint="write its value"
         )
         return None
-    value = float(constant.text) + 0.0  # adding 0.0 makes -0.0 the zero that everyone writes
+    value = float(constant.text) + 0.0  # -0.0 becomes 0.0
     if math.isfinite(value):
         return value
     mistakes.add("E307", f"{quote(constant.text)} is larger than every finite double", constant.span)
@@ -99,7 +99,7 @@ def _whole(constant: Numeral, mistakes: Mistakes) -> int | None:
 
 
 def integer(constant: Numeral, mistakes: Mistakes) -> int | None:
-    """Return the value of a number that is an int, or None and a mistake."""
+    """Return the value of a number as an int, or None with a mistake noted."""
     if constant.whole is None:
         message = f"an int is needed, {quote(constant.text)} is written as a real"
         mistakes.add("E308", message, constant.span)
@@ -107,7 +107,7 @@ def integer(constant: Numeral, mistakes: Mistakes) -> int | None:
 
 
 def describe(kind: Type) -> str:
-    """Return what a message calls a type."""
+    """Return a type in words, for messages."""
     match kind:
         case Bool():
             return "a bool"
@@ -122,7 +122,7 @@ def describe(kind: Type) -> str:
 
 
 def constant_of(node: tree.Value, known: Constants) -> Constant | None:
-    """Return the constant that a value of the text is; None for a const whose own mistake is noted already."""
+    """Return the constant of a node; None for a const whose own mistake is noted."""
     match node:
         case tree.Number():
             return numeral(node)
@@ -138,9 +138,9 @@ def constant_of(node: tree.Value, known: Constants) -> Constant | None:
 
 
 def value(node: tree.Value, kind: Type | None, known: Constants, mistakes: Mistakes, label: str = "") -> Value | None:
-    """Return the value of type `kind` that the text gives, in range; None if that or the type is a mistake.
+    """Return a node as a value of type `kind`, in its range; None, with a mistake noted, if it is none.
 
-    `label`: what it is given for, told where it is wrong.
+    None also if `kind` is None, for a mistake. `label`: what the value is for, for messages.
     """
     constant = constant_of(node, known)
     if constant is None or kind is None:
@@ -174,7 +174,7 @@ def _converted(
 
 
 def _may_be(constant: Constant | None, kind: Type | None, known: Constants) -> bool:
-    """Return whether a constant may be a value of a type, as far as that is known; one that means nothing may not."""
+    """Return whether a constant may be a value of a type, as far as both are known; an unknown name may not."""
     match constant, kind:
         case Symbol(name), None:
             return name in known.enum_values
@@ -189,7 +189,7 @@ def _may_be(constant: Constant | None, kind: Type | None, known: Constants) -> b
 
 
 def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: Mistakes) -> None:
-    """Note that a name which should be a constant is none."""
+    """Note that a name in the place of a constant is none."""
     if symbol.name in known.others:
         mistakes.add("E219", f"{quote(symbol.name)} is no constant", symbol.span, hint="a value is written here")
         return

@@ -1,4 +1,4 @@
-"""The names of a spec, kept in its model and taken out of it again, so that another text may use them."""
+"""Stores the names of a spec in its model, and rebuilds a symbol table from there for a properties file."""
 
 from collections.abc import Iterable
 
@@ -12,11 +12,11 @@ from exover.resolve.values import Constant, Constants, Numeral, Symbol
 from exover.source import Span
 
 ELSEWHERE = Span(0, 0)
-"""The place of what is declared in another text."""
+"""A span for declarations in another text."""
 
 
 def vocabulary(names: SymbolTable, meanings: dict[str, Meaning | None]) -> SourceNames:
-    """Return the names of a spec without a mistake that the rest of its model does not bear."""
+    """Return the names of a spec without mistakes that are not in the rest of its model."""
     consts = {name: _value(constant) for name, constant in names.constants.consts.items() if constant is not None}
     defines = {name: meaning.cond for name, meaning in meanings.items() if meaning}
     enums = {name: kind.values for name, kind in names.enums.items()}
@@ -34,7 +34,7 @@ def _value(constant: Constant) -> Value:
 
 
 def names_of(model: Model) -> SymbolTable:
-    """Return the names of the spec of a model; its defines are not among them but in `meanings_of`."""
+    """Return the symbol table of the spec of a model, without defines (see `meanings_of`), enums and declarations."""
     words = model.vocabulary
     modules = {name: ModuleNames() for name in words.modules}
     requests: dict[str, Signature] = {}
@@ -70,7 +70,7 @@ def _constant(value: Value) -> Constant:
 
 
 def meanings_of(model: Model) -> dict[str, Meaning | None]:
-    """Return what the defines of the spec mean; of what they read only what not every condition may."""
+    """Return the meanings of the defines of a spec; their reads hold only those that a property may not have."""
     return {
         name: Meaning(cond, frozenset(_pairs(model, cond)), sum(1 for _ in atoms(cond)), _depth(cond))
         for name, cond in model.vocabulary.defines.items()
@@ -78,7 +78,7 @@ def meanings_of(model: Model) -> dict[str, Meaning | None]:
 
 
 def _pairs(model: Model, cond: Cond) -> Iterable[tuple[ReadKind, str]]:
-    """Yield the comparisons of two real posters."""
+    """Yield a read `pair` for each comparison of two real posters."""
     for atom in atoms(cond):
         match atom:
             case Compare(_, Reading(left), Reading()) if isinstance(_type(model, left), Real):
