@@ -1,6 +1,6 @@
 """Formal verification of robot safety rules: a spec becomes checked tables and a running checker.
 
-What `exover.library` offers has these short names (docs/library.md). It is imported at its first use, so that
+The names of `exover.library` can be used from here (docs/library.md). That module is imported at its first use, so that
 `import exover`, and with it the command, costs nothing.
 """
 
@@ -83,7 +83,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of the library."""
+    """Return the object of this name in `exover.library`; raises `AttributeError`."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

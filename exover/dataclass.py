@@ -1,9 +1,9 @@
-"""`dataclass` as in the standard library, made in a tenth of the time.
+"""A `dataclass` decorator as in the standard library that takes a tenth of the time.
 
-`dataclasses` (PEP 557) compiles up to six methods of a class as soon as the class is made. A command imports hundreds
-of classes, uses a part of them, and waited longer for that than for its answer. Here a method is compiled when it is
-first called. Fields, slots and `__match_args__` are made by the standard library, whose `field`, `fields` and `replace`
-apply. The checker of certificates uses that of the standard library, for it stands alone.
+`dataclasses` (PEP 557) compiles up to six methods of a class when the class is made. A command imports hundreds of
+classes and uses a part of them, so that took longer than its answer. Here a method is compiled at its first call.
+Fields, slots and `__match_args__` are made by the standard library, whose `field`, `fields` and `replace` work on these
+classes. The checker of certificates uses the standard library, because it imports nothing of exover.
 """
 
 import dataclasses
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(cls=None, *, frozen=False, slots=False, eq=True):
-        """Return a class with the methods of a dataclass, but for those that it has itself."""
+        """Return the class with the methods of a dataclass added that it does not define itself."""
         return _made(cls, frozen, slots, eq) if cls else lambda given: _made(given, frozen, slots, eq)
 
 
@@ -56,7 +56,7 @@ def _is_frozen(given: type) -> bool:
 
 
 class _FieldSignature:
-    """The signature of a class, for those who ask before its `__init__` is compiled."""
+    """The signature of a class, for `inspect` before its `__init__` is compiled."""
 
     def __init__(self, fields: Fields) -> None:
         self._fields = sorted((each for each in fields if each.init), key=lambda each: each.kw_only is True)
@@ -74,7 +74,7 @@ class _FieldSignature:
 
 
 def _compiled_later(cls: Any, name: str, compiled: Callable[[], Method]) -> Method:
-    """Return a method that is compiled when it is first called, and then takes the place of this one."""
+    """Return a method that, at its first call, compiles the real one, puts it in its own place and calls it."""
 
     def method(self: Any, *args: Any, **kwargs: Any) -> Any:
         made = compiled()
@@ -86,7 +86,7 @@ def _compiled_later(cls: Any, name: str, compiled: Callable[[], Method]) -> Meth
 
 
 def _defined(name: str, parameters: Iterable[str], body: Sequence[str], known: dict[str, Any]) -> Method:
-    """Return a method of these parameters and statements, which may use what is known; names are those of fields."""
+    """Return a method compiled from its parameters and statements, with the globals `known`."""
     source = f"def {name}({', '.join(parameters)}):\n " + "\n ".join(body or ["pass"])
     exec(source, known)
     method: Method = known[name]
@@ -94,7 +94,7 @@ def _defined(name: str, parameters: Iterable[str], body: Sequence[str], known: d
 
 
 def _initializer(cls: Any, fields: Fields, by_slots: bool, frozen: bool) -> Method:
-    """Return `__init__`: parameters in the order of the fields, then those that are given by name alone."""
+    """Return `__init__`: positional parameters in the order of the fields, then the keyword-only ones."""
     known: dict[str, Any] = {"_missing": MISSING, "_set": object.__setattr__}
     positional, named, body = ["self"], list[str](), list[str]()
     for each in fields:
@@ -148,7 +148,7 @@ def _representation(fields: Fields) -> Method:
 
 
 def _freeze(cls: Any, fields: Fields, slots: bool) -> None:
-    """Let nobody but `__init__` set fields; with slots, pickling and copying do it in a way of their own."""
+    """Make assignment to fields an error outside `__init__`; with slots, also define how to pickle and copy."""
     names = {each.name for each in fields}
 
     def __setattr__(self: Any, name: str, value: Any) -> None:

@@ -1,4 +1,4 @@
-"""What is wrong with a text: diagnostics as values, and one renderer for them.
+"""Diagnostics, the mistakes in a text, as values, and one renderer for them.
 
 Nothing here prints. Wording: lower case, no full stop, the user's own text in backticks, advice apart in ``help``.
 """
@@ -112,18 +112,18 @@ CODES: dict[str, str] = {
     "E707": "what is cancelled is never known to have ended",
     "E708": "a poster is read nowhere",
 }
-"""Every code with what it says, one line each; the codes of one hundred belong to one stage."""
+"""The meaning of every code in one line; the codes of one hundred belong to one stage."""
 
 MAX_REPORTS = 50
-"""Mistakes that are shown of one text."""
+"""The most mistakes that are shown of one text."""
 LINE_WIDTH = 120
-"""Characters of a source line that are shown; a longer line is cut around the span."""
+"""The most characters of a source line that are shown; a longer line is cut around the span."""
 QUOTE_WIDTH = 60
-"""Characters of the user's text that a message quotes."""
+"""The most characters of the user's text that a message quotes."""
 MAX_CANDIDATES = 2000
 MAX_NAME = 64
 NEAR, ALIKE = 0.6, 0.5
-"""From this similarity on (Ratcliff, Metzener 1988) a name is taken for another one, if their parts are so alike."""
+"""The least similarity (Ratcliff, Metzener 1988) of two names, and of each part of them, for one to be suggested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,12 +139,12 @@ class Diagnostic:
 
     @property
     def advice(self) -> str:
-        """What to do next: the help, or else what the page of the code says."""
+        """What to do next: the help, or else the advice on the page of the code."""
         return self.help or mend(self.code)
 
 
 def capped(reports: Sequence[Diagnostic], gave_up: bool = False) -> tuple[Diagnostic, ...]:
-    """Return the first MAX_REPORTS of these, and one that counts the others, at least if we `gave_up`."""
+    """Return the first MAX_REPORTS of these and one that counts the others; with `gave_up` there may be more."""
     rest = len(reports) - MAX_REPORTS
     if rest <= 0:
         return tuple(reports)
@@ -156,7 +156,7 @@ def capped(reports: Sequence[Diagnostic], gave_up: bool = False) -> tuple[Diagno
 def render(diagnostic: Diagnostic, source: Source) -> str:
     """Return the diagnostic as text of several lines, without a newline at the end.
 
-    Control characters of the source are shown as U+FFFD, so that a binary file cannot steer a terminal.
+    Control characters of the source are shown as U+FFFD, so that a binary file cannot control a terminal.
     """
     lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
     if diagnostic.span is None:
@@ -176,7 +176,7 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
 
 
 def render_all(diagnostics: Iterable[Diagnostic], source: Source) -> str:
-    """Return the diagnostics one below the other, each with its advice, and last where to read more."""
+    """Return the diagnostics, errors first, each with its advice, and last a line on where to read more."""
     found = [replace(diagnostic, help=diagnostic.advice) for diagnostic in diagnostics]
     errors_first = sorted(found, key=lambda each: each.severity != "error")
     codes = dict.fromkeys(diagnostic.code for diagnostic in errors_first if page(diagnostic.code))
@@ -218,9 +218,9 @@ def quote(text: str) -> str:
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """Return "did you mean `x`?" for the candidate x nearest to ``name``, or "" if none is near.
 
-    Bounded: at most MAX_CANDIDATES names of at most MAX_NAME characters are compared, those of like length first.
-    Of equally near ones the last in the alphabet: the order of the candidates does not matter. Of `module.name` both
-    parts have to be near: that the module is the same makes no name like another.
+    At most MAX_CANDIDATES names of at most MAX_NAME characters are compared, those of similar length first. Of equally
+    near ones the last in alphabetical order is taken, so the order of the candidates does not matter. Both parts of
+    `module.name` have to be near, since an equal module alone makes two names look similar.
     """
     if len(name) > MAX_NAME:
         return ""

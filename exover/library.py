@@ -1,7 +1,7 @@
 """The library: what `import exover` offers, documented with examples in docs/library.md.
 
-Everything that is returned is a frozen value. What is wrong with a text is raised as `SpecError`, what is wrong with
-tables as `TablesError`; files that cannot be read raise `OSError`. Nothing is printed.
+All results are frozen values. Mistakes in a text raise `SpecError`, wrong tables `TablesError`, and unreadable files
+`OSError`. Nothing is printed.
 """
 
 import json
@@ -92,7 +92,7 @@ File = str | os.PathLike[str]
 
 
 class SpecError(ValueError):
-    """A spec or a properties file has mistakes; as text, they are told as `exover check` tells them."""
+    """A spec or a properties file has mistakes; `str` of it is what `exover check` prints of them."""
 
     def __init__(self, source: Source, diagnostics: tuple[Diagnostic, ...]) -> None:
         super().__init__(render_all(diagnostics, source))
@@ -101,16 +101,16 @@ class SpecError(ValueError):
 
 
 class TablesError(ValueError):
-    """Bytes are no tables, or those of another spec."""
+    """Bytes are no tables, or the tables of another spec."""
 
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """A spec without mistakes: its text, with those of its parts, and its model.
+    """A spec without errors: its text, with those of its parts, and its model.
 
-    `warnings` is what is odd about it all the same.
+    `warnings` are diagnostics that are no errors.
 
-    `file` is where it was loaded from; None of a text.
+    `file` is the file that it was loaded from, None if it was given as a text.
     """
 
     source: Source
@@ -120,7 +120,7 @@ class Spec:
 
     @property
     def name(self) -> str:
-        """The name behind the word `spec`."""
+        """The name after the word `spec`."""
         return self.model.name
 
     @property
@@ -131,7 +131,7 @@ class Spec:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What the checks found of a spec (docs/checks.md), in the order of that page: a `Finding` for each subject."""
+    """The findings of the checks on a spec in the order of docs/checks.md: a `Finding` for each subject."""
 
     spec: Spec
     summary: Summary = field(repr=False)
@@ -144,7 +144,7 @@ class Findings:
 
     @property
     def verdict(self) -> Verdict:
-        """`violated` iff an error is; else `unknown` iff one is; else `holds`. Warnings and notes do not count."""
+        """`violated` iff a finding of severity error is, else `unknown` iff one is, else `holds`."""
         return self.summary.verdict
 
     def of(self, check: str) -> tuple[Finding, ...]:
@@ -152,7 +152,7 @@ class Findings:
         return tuple(finding for finding in self if finding.check == check)
 
     def render(self, form: ReportFormat = "text") -> str:
-        """Return what `exover check --format FORM` prints; raises `ValueError` if there is no such format."""
+        """Return the output of `exover check --format FORM`; raises `ValueError` if there is no such format."""
         _known(form, ReportFormat, "format")
         return rendering.report(self.summary, form, timings=False)
 
@@ -162,18 +162,18 @@ class Findings:
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """The tables of a spec: `data` are the bytes that `exover emit --target bin` writes (docs/runtime.md)."""
+    """The tables of a spec; `data` are the bytes that `exover emit --target bin` writes (docs/runtime.md)."""
 
     spec: Spec
     data: bytes = field(repr=False)
 
     @property
     def unchecked(self) -> bool:
-        """Whether they were made although nobody has shown that the checks of the spec hold."""
+        """Whether they were made without findings that show that the checks of the spec hold."""
         return bool(decode(self.data).flags & UNCHECKED)
 
     def files(self, target: EmitTarget = "c") -> dict[str, bytes]:
-        """Return what `exover emit --target TARGET` writes, by the names of the files.
+        """Return the files that `exover emit --target TARGET` writes: their contents by name.
 
         Raises `ValueError` if there is no such target, or if these are not the tables that this version of exover makes
         of the spec.
@@ -187,28 +187,28 @@ class Tables:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What answers one event: the actions in their order. `event` is `Invalid` if it was none."""
+    """The answer to one event: its actions in order. `event` is `Invalid` if the line held no event of the spec."""
 
     event: Event | Invalid
     actions: tuple[Action, ...]
     line: str = field(repr=False)
-    """The answer as `exover simulate` prints it, as JSON."""
+    """The answer as the JSON line that `exover simulate` prints."""
 
 
 def load(file: File) -> Spec:
-    """Return the spec that stands in a file."""
+    """Return the spec in a file, with the parts that it includes."""
     return _spec(_read(file), os.fspath(file), read_part)
 
 
 def loads(text: str, name: str = "<text>") -> Spec:
-    """Return the spec of a text, which stands in no folder and includes nothing; messages call it by this name."""
+    """Return the spec of a text, which cannot include files because it is in no folder; messages use this name."""
     if not isinstance(text, str):
         raise TypeError("a spec is a text: decode its bytes, or give the file to load")
     return _spec(Source(name, text.removeprefix("\ufeff")))
 
 
 def load_properties(file: File, spec: Spec) -> Properties:
-    """Return what a properties file says of a spec."""
+    """Return the properties in a properties file for a spec."""
     source = _read(file)
     loaded = pipeline.load_properties(source, spec.model)
     if loaded.properties is None:
@@ -217,14 +217,14 @@ def load_properties(file: File, spec: Spec) -> Properties:
 
 
 def check(spec: Spec, properties: Properties | None = None, *, timeout: float | None = None, jobs: int = 1) -> Findings:
-    """Return what all checks say of a spec, in the runs that `properties` assume.
+    """Return the findings of all checks on a spec, in runs that satisfy the assumptions of `properties`.
 
-    Without `properties` the file is read that `exover check` finds, if the spec was loaded from a file and has one;
-    `ValueError` is raised if there are several, or if `properties` name what the spec has not. `NO_PROPERTIES` are
+    Without `properties`, the file that `exover check` finds is read, if the spec was loaded from a file and has one.
+    Raises `ValueError` if there are several, or if `properties` use names that the spec lacks. `NO_PROPERTIES` means
     none.
 
-    `timeout` in seconds: what has no answer by then is unknown, and `TimeoutError` is raised if not even the tables are
-    made; only the main thread may give one. With a timeout or several `jobs`, answers are looked for in processes.
+    `timeout`, in seconds: what has no answer by then is unknown; raises `TimeoutError` if not even the tables are made
+    by then. Only the main thread may give one. With a timeout or several `jobs`, checks run in other processes.
     """
     limits = NO_LIMITS if jobs == 1 and timeout is None else limits_from(monotonic(), jobs, timeout)
     asked = _found(spec) if properties is None else _of_spec(properties, spec)
@@ -241,9 +241,9 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
 
 
 def compile(spec: Spec, checked: Findings | None = None) -> Tables:
-    """Return the tables of a spec, which say that they are unchecked unless the findings of this spec are given.
+    """Return the tables of a spec; they are marked as unchecked unless findings of this spec are given.
 
-    Raises `ValueError` if these are findings of another spec, or do not hold.
+    Raises `ValueError` if these are findings of another spec, or their verdict is not `holds`.
     """
     if checked is not None:
         if digest(checked.spec.model) != digest(spec.model):
@@ -254,7 +254,7 @@ def compile(spec: Spec, checked: Findings | None = None) -> Tables:
 
 
 def load_tables(data: File | bytes, spec: Spec) -> Tables:
-    """Return the tables of a spec from their bytes, or from the file that holds them (`exover emit --target bin`)."""
+    """Return the tables of a spec from their bytes, or from a file with these (`exover emit --target bin`)."""
     content = data if isinstance(data, bytes) else Path(data).read_bytes()
     try:
         found = decode(content)
@@ -268,10 +268,10 @@ def load_tables(data: File | bytes, spec: Spec) -> Tables:
 def simulate(
     checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: CheckerName | None = None
 ) -> tuple[Answer, ...]:
-    """Return the answers to events from the initial state on: JSON lines, or the objects (docs/language.md section 7).
+    """Return the answers to events from the initial state on: JSON lines or objects (docs/language.md section 7).
 
-    A spec is answered by the reference interpreter, tables are walked, unless an `engine` is named: `reference`,
-    `tables`, or `c` and `rust`, which compile what is emitted and raise `NativeUnavailable` without a compiler.
+    The `engine` is by default `reference` for a spec and `tables` for tables. `c` and `rust` compile the emitted code
+    and raise `NativeUnavailable` without a compiler.
     Raises `TypeError` if one text or event is given instead of several, `ValueError` if there is no such engine.
     """
     if isinstance(events, str | bytes):
@@ -288,7 +288,7 @@ def simulate(
 
 
 def _found(spec: Spec) -> Properties:
-    """Return what the properties file of a spec says; nothing if it has none."""
+    """Return the properties in the properties file of a spec, `NO_PROPERTIES` if it has none."""
     files = find_properties(spec.file, spec.name) if spec.file else []
     if len(files) > 1:
         raise ValueError(f"{spec.file} has {len(files)} properties files: {', '.join(files)}; say which one is meant")
@@ -296,14 +296,14 @@ def _found(spec: Spec) -> Properties:
 
 
 def _known(word: str, among: object, what: str) -> None:
-    """Raise `ValueError` if a word is none of those of a type."""
+    """Raise `ValueError` unless a word is one of the literal type `among`."""
     words = get_args(among)
     if word not in words:
         raise ValueError(f"there is no {what} {word!r}: it is one of {', '.join(words)}")
 
 
 def _of_spec(properties: Properties, spec: Spec) -> Properties:
-    """Return properties that name nothing but what a spec has; `ValueError` if they are of another."""
+    """Return the properties; raises `ValueError` if they use a name that the spec lacks."""
     model = spec.model
     stocks = {name for name, each in model.resource.items() if each.consumable}
     readings = {each.name for each in model.variables} | {each.name for each in model.latches}
@@ -316,7 +316,7 @@ def _of_spec(properties: Properties, spec: Spec) -> Properties:
 
 
 def _quiet(what: str) -> None:
-    """Hear of progress, and say nothing."""
+    """Ignore messages of progress."""
 
 
 def _read(file: File) -> Source:

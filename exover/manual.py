@@ -1,4 +1,4 @@
-"""The pages of checks and error codes, as docs/ has them: the one source for `exover explain` and for reports."""
+"""The pages of checks and error codes, read from docs/: the only source for `exover explain` and for reports."""
 
 from functools import cache
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 from exover.dataclass import dataclass
 
 FILES = ("findings.md", "errors.md")
-"""The pages, in docs/, which travels with the package."""
+"""The files with the pages, in docs/, which is installed with the package."""
 _FOLDER = Path(__file__).with_name("docs")
 _MEND = "**How to mend it:** "
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What is to be known of a check or a code: `text` is Markdown below the heading, `file` the page it stands on."""
+    """The page of a check or a code: `text` is the Markdown below the heading, `file` the file that holds it."""
 
     name: str
     title: str
@@ -22,18 +22,18 @@ class Page:
 
     @property
     def iff(self) -> str:
-        """When a finding of this check is ok, as it follows "iff"; of a code, nothing."""
+        """The condition on the page of a check after "Holds iff", or after "not `ok` iff"; "" for a code."""
         return self._after("**Holds iff** ") or self._after("A finding is not `ok` iff ")
 
     @property
     def severity(self) -> str:
-        """The severity of this check: error, warning or note; nothing for a code."""
+        """The severity of this check: error, warning or note; "" for a code."""
         first, comma, _ = self.text.partition(",")
         return first.partition(" ")[2] if comma and self.iff else ""
 
     @property
     def mend(self) -> str:
-        """How to mend it, as a clause without a full stop."""
+        """How to mend it, as a clause without a full stop; "" if the page does not say."""
         return self._after(_MEND)
 
     @property
@@ -43,7 +43,7 @@ class Page:
 
     @property
     def uri(self) -> str:
-        """A name for the page that stays."""
+        """A permanent name for the page."""
         return f"exover:explain/{self.name}"
 
     def _after(self, mark: str) -> str:
@@ -58,18 +58,18 @@ def pages() -> dict[str, Page]:
 
 
 def page(name: str) -> Page | None:
-    """Return the page of a check or of a code, whose letter may be small; None if there is none."""
+    """Return the page of a check or of a code, which may be in lower case; None if there is none."""
     return pages().get(name) or pages().get(name.upper())
 
 
 def mend(code: str) -> str:
-    """Return how to mend what a code says, or nothing if the code has no page."""
+    """Return how to mend the mistake of a code, "" if the code has no page."""
     found = page(code)
     return found.mend if found else ""
 
 
 def _read(file: str) -> list[Page]:
-    """Return the parts of a file, one for each heading; none where the pages are not installed."""
+    """Return the pages of a file, one for each heading; none if the file is not installed."""
     if not (_FOLDER / file).is_file():
         return []
     _, *parts = (_FOLDER / file).read_text("utf-8").split("\n## ")

@@ -40,9 +40,9 @@ NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """What became of a spec: its model iff nothing is wrong with it, and its diagnostics in the order of the text.
+    """The result of loading a spec: its model, None if there are errors, and its diagnostics in the order of the text.
 
-    `source` is the text with those that it includes, which the diagnostics are about.
+    `source` is the text with those of its parts; the spans of the diagnostics refer to it.
     """
 
     source: Source
@@ -52,7 +52,7 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class LoadedProperties:
-    """What became of a properties file: what it says iff nothing is wrong with it, and its diagnostics in order."""
+    """The result of loading a properties file: its properties, None if there are errors, and its diagnostics."""
 
     properties: Properties | None
     diagnostics: tuple[Diagnostic, ...]
@@ -60,7 +60,7 @@ class LoadedProperties:
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """The tables of a model: their bytes, and what is known of them, the tables themselves decoded from the bytes."""
+    """The tables of a model: their bytes, and the compiled tables, which are decoded from these bytes."""
 
     model: Model
     data: bytes
@@ -68,12 +68,12 @@ class Build:
 
     @property
     def tables(self) -> "Tables":
-        """The tables as they are read from the bytes."""
+        """The tables decoded from the bytes."""
         return self.compiled.tables
 
 
 def load(source: Source, read: "ReadPart | None" = None) -> Loaded:
-    """Return the model of a spec, or what is wrong with it; without what can `read` files it includes nothing."""
+    """Return the model of a spec, or its mistakes; `read` reads included files, without it an include is a mistake."""
     from exover.resolve import resolve
     from exover.syntax.includes import gather
 
@@ -85,7 +85,7 @@ def load(source: Source, read: "ReadPart | None" = None) -> Loaded:
 
 
 def load_properties(source: Source, model: Model) -> LoadedProperties:
-    """Return what a properties file says of a model, or what is wrong with it."""
+    """Return the properties of a properties file for a model, or its mistakes."""
     from exover.resolve.properties import resolve_properties
     from exover.syntax.parse import parse_properties
 
@@ -97,7 +97,7 @@ def load_properties(source: Source, model: Model) -> LoadedProperties:
 
 
 def build(model: Model, unchecked: bool = False) -> Build:
-    """Return the tables of a model, as whoever gets the bytes will read them; `unchecked` is noted in their header."""
+    """Return the tables of a model, packed and decoded again; `unchecked` sets that flag in their header."""
     from exover.model.canonical import digest
     from exover.ocrd.compile import compile_model
     from exover.ocrd.packing import decode, pack
@@ -119,14 +119,12 @@ def check(
     audience: "Audience | None" = None,
     store: "AnswerStore | None" = None,
 ) -> "CheckOutcome":
-    """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
+    """Return the findings of the checks on the decoded tables, in the order of docs/checks.md.
 
-    The audience is told of findings as they fall, before they are all known.
-
-    Only the checks that are `asked` are, by their names (default: all). Only runs that `properties` assumes are looked
-    at. Runs that break something are answered by the emitted C as well before they are returned. Without
-    `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted. What the store
-    knows is not asked.
+    `progress` is called with what is done now; `audience` gets each finding as soon as it is known. `asked`: the names
+    of the checks (default: all). Only runs that satisfy the assumptions of `properties` count. Traces of violated
+    findings are replayed on the emitted C before they are returned. `engines`: who answers (default: the portfolio).
+    With `count`, reachable states are counted. Answers that `store` has are taken from there.
     """
     from exover.checks.run import NOBODY, check_all
     from exover.checks.schedule.answers import NO_STORE
@@ -164,14 +162,14 @@ def unanswered(
     engines: "Engines",
     count: bool,
 ) -> "CheckOutcome":
-    """Return the outcome of `check` when there is no time to ask anything."""
+    """Return the outcome of `check` if there is no time for any check: all findings are unknown, for `reason`."""
     from exover.checks import run
 
     return run.unanswered(model, asked, properties, reason, engines, count)
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
-    """Replay traces on the emitted C; return why that could not be done, or nothing."""
+    """Replay traces on the emitted C; return why that was not possible, "" if it was. Raises `Disagreement`."""
     from exover.engines.compiler import NativeUnavailable
     from exover.model.trace import confirm
     from exover.run.native import NativeEngine
@@ -188,14 +186,14 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
 
 
 def event_bounds(built: Build) -> "EventBounds":
-    """Return what no event exceeds, and how that was found."""
+    """Return bounds on the costs of each event, with the method by which they were found."""
     from exover.engines.aig.costs import tightened
 
     return tightened(built.compiled)
 
 
 def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
-    """Return the certificate of what the checks said of the tables (docs/certificates.md)."""
+    """Return the certificate of the findings of the checks on the tables (docs/certificates.md)."""
     from exover import __version__
     from exover.proofs import certify as proofs
 
@@ -204,16 +202,16 @@ def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progr
 
 
 def claimed(model: Model, properties: Properties) -> "dict[str, Any]":
-    """Return what every certificate of a spec and its properties must contain, whatever was found."""
+    """Return the claims that every certificate of a spec and its properties must contain, whatever the findings."""
     from exover.proofs.certify import expected
 
     return expected(model, properties)
 
 
 def different(model: Model, data: bytes) -> list[str]:
-    """Return in what tables, given by their bytes, are not the rules of a model; nothing iff they are.
+    """Return the differences between tables, given by their bytes, and the rules of a model; empty iff there is none.
 
-    Raises `UndecidedBytes` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
+    Raises `UndecidedBytes` of `exover.proofs.bytes` if the rules distinguish too many cases to compare.
     """
     from exover.proofs.bytes import differences
 
@@ -221,7 +219,7 @@ def different(model: Model, data: bytes) -> list[str]:
 
 
 def embedded(path: str) -> bytes:
-    """Return the bytes of the tables in an emitted C or Rust source.
+    """Return the bytes of the tables in an emitted C or Rust source file.
 
     Raises `NativeUnavailable` of `exover.engines.compiler`.
     """
@@ -233,7 +231,7 @@ def embedded(path: str) -> bytes:
 
 
 def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":
-    """Return why the last event of a stream was answered so by the model of a source; None if there is no event."""
+    """Return why the last event of a stream was answered as it was, by the model of `source`; None without events."""
     from exover.explain.explain import explain
     from exover.explain.source_text import written
 
@@ -247,12 +245,13 @@ def emit(
     beside: "tuple[Needs, ...]" = (),
     deadline: float = inf,
 ) -> "tuple[Artefact, ...]":
-    """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
+    """Return the files of a target, named after the spec; for Rust a crate of that name.
 
-    In C, the configuration of the runtime also serves the tables of other specs that stand `beside`.
+    Formats of model checkers (`smt2`, `smv`, `aiger`) also state the claims of `properties`. In C, the configuration of
+    the runtime also serves the tables of the specs `beside`.
 
-    Raises `TooLarge` if the loop has more to tell apart than a target can say, `Inconclusive` if Z3 is at work at a
-    time of `monotonic`, the `deadline`.
+    Raises `TooLarge` if the closed loop has too many states for the target, `Inconclusive` if Z3 has not answered by
+    the `deadline`, a time of `monotonic`.
     """
     model, tables = built.model, built.tables
     match target:
@@ -298,7 +297,7 @@ def emit(
 def swap(old: Build, new: Build, ask: "AskProperties") -> "tuple[bytes, SwapAnswer]":
     """Return the map by which `exover_swap` goes from the tables of one spec to those of another, and what was proved.
 
-    `ask` tells what is known of properties of OLD. The map is to be used only if the answer's verdict is `holds`.
+    `ask` checks properties of OLD. Use the map only if the verdict of the answer is `holds`.
     """
     from exover.swap.bytes import packed
     from exover.swap.carry import Carry
@@ -320,10 +319,10 @@ def diff(
     progress: Callable[[str], None],
     limits: "Limits | None" = None,
 ) -> "Compared":
-    """Return which answers NEW gives otherwise than OLD, in runs that the properties of both assume.
+    """Return the differences between the answers of OLD and NEW, in runs that satisfy the assumptions of both.
 
-    `ask` returns what the check `property` says of each; `files`: what the two are called; `abc`: the program of
-    Berkeley ABC, empty if it is not to help. When the time is over, it is told what is known by then.
+    `ask` returns the findings of the check `property` for each; `files`: the names of the two; `abc`: the program of
+    Berkeley ABC, "" to do without it. At the end of the time limit, the result is what is known by then.
     """
     from exover import __version__
     from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted
@@ -340,10 +339,10 @@ def diff(
 
 
 def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
-    """Return an engine in its initial state, to be left when it is no longer needed.
+    """Return a context manager for an engine in its initial state.
 
-    `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
-    is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
+    `reference` is the reference interpreter, `tables` walks the tables, `c` and `rust` compile the emitted code with
+    the compilers of the system and run it. Without `tables`, those of the model are made.
     """
     if name == "reference":
         from exover.run.simulate import ReferenceEngine

@@ -1,4 +1,4 @@
-"""Where the files of a spec are looked for: its properties file (docs/language.md section 8) and its parts (10)."""
+"""Finds the files that belong to a spec: its properties file (docs/language.md section 8) and its parts (10)."""
 
 import errno
 import os
@@ -23,11 +23,11 @@ INCLUDE = "include"
 
 
 def find_properties(spec: str, name: str) -> list[str]:
-    """Return the files that are called as the spec file is, or whose `for` names the spec, each once, place by place.
+    """Return the properties files that have the name of the spec file, or whose `for` names the spec, folder by folder.
 
-    One of which it is not known what it is for is alone in this: it may be for this spec, and is to be mended first.
-    A spec from standard input has no place, and so no file. Raises `OSError` if a place or what stands in it as a
-    properties file cannot be read, a folder or a pipe for example.
+    A properties file without a readable `for` is returned alone: it may be for this spec, and must be mended first.
+    A spec from standard input has no folder, and so no file. Raises `OSError` if a folder or a properties file in it
+    cannot be read, for example because it is a folder or a pipe.
     """
     if spec == "-":
         return []
@@ -42,9 +42,9 @@ def find_properties(spec: str, name: str) -> list[str]:
 
 
 def find_specs(properties: str) -> list[str]:
-    """Return the specs that find a properties file where they look for theirs; `OSError` as for `find_properties`.
+    """Return the specs for which `find_properties` looks at this file and takes it; raises `OSError` as that does.
 
-    If it is not known which spec it is for, or what a spec is called, they are taken to belong together.
+    If the file has no readable `for`, or a spec no readable name, they are taken to belong together.
     """
     folder = Path(properties).parent
     above = Path(os.path.normpath(folder / ".."))
@@ -56,16 +56,16 @@ def find_specs(properties: str) -> list[str]:
 
 
 def _belong(properties: str, meant: str | None, spec: str) -> bool:
-    """Return whether a spec looks for its properties where a file is that is meant for this spec, and takes it."""
+    """Return whether a spec looks for properties where this file is, and takes it; `meant`: the name after `for`."""
     if os.path.realpath(properties) not in map(os.path.realpath, _files(Path(spec))):
         return False
     return Path(properties).stem == Path(spec).stem or meant is None or named_after(Path(spec), "spec") in (meant, None)
 
 
 def _files(spec: Path) -> Iterator[Path]:
-    """Yield what stands as properties files of all specs in the places that are looked at, in order.
+    """Yield all properties files in the folders where those of a spec are looked for, in order.
 
-    What editors and systems keep for themselves, whose names begin with a dot, is passed over unless it is one.
+    Files whose names begin with a dot, as editors and systems make them, are skipped unless they begin with `for NAME`.
     """
     for place in (spec.parent, spec.parent / PROPERTIES, Path(os.path.normpath(spec.parent / ".." / PROPERTIES))):
         for file in sorted(place.iterdir()) if place.is_dir() else ():
@@ -75,7 +75,7 @@ def _files(spec: Path) -> Iterator[Path]:
 
 
 def _meant(properties: Path) -> str | None:
-    """Return the spec that a properties file is for, None if that is not known; `OSError` if it cannot be read."""
+    """Return the name after `for` in a properties file, None without one; raises `OSError` if it cannot be read."""
     refuse_irregular(str(properties))
     return named_after(properties, "for")
 
@@ -90,7 +90,7 @@ def refuse_irregular(path: str) -> None:
 
 
 def named_after(file: Path, word: str) -> str | None:
-    """Return the name that stands behind the word with which a file begins (`for`, `spec`); None if it does not."""
+    """Return the name after `word` (`for`, `spec`, `part`) if a file begins with the two; else None."""
     first, name = (*islice(_tokens(file), 2), None, None)[:2]
     return name.text if first and name and (first.text, name.kind) == (word, NAME) else None
 
@@ -101,7 +101,7 @@ def _tokens(file: Path) -> Iterator[Token]:
 
 
 def _text(file: Path) -> str:
-    """Return what a file says; what is no UTF-8 in it stands for itself. Raises `OSError` if it cannot be read."""
+    """Return the text of a file; bytes that are no UTF-8 become surrogates. Raises `OSError` if it cannot be read."""
     with file.open("rb") as stream:
         return stream.read(MAX_BYTES).removeprefix(BOM_UTF8).decode(errors="surrogateescape")
 
@@ -110,7 +110,7 @@ def _text(file: Path) -> str:
 
 
 def read_part(path: str, most: int) -> bytes:
-    """Return what an included file holds, so many bytes at the most; `OSError` if that is no file that is called so."""
+    """Return at most so many bytes of an included file; raises `OSError` if no regular file has exactly this name."""
     refuse_irregular(path)
     folder, name = os.path.split(path)
     if name not in os.listdir(folder or os.curdir):
@@ -120,10 +120,10 @@ def read_part(path: str, most: int) -> bytes:
 
 
 def find_including(part: str, unclear: bool = False) -> list[str]:
-    """Return the specs that include a part, through others too: of its folder, the one above, and the folders in that.
+    """Return the specs that include a part, directly or not: of its folder, the one above, and the folders in that.
 
-    `unclear`: also those of which this is not known, since they or a part of theirs cannot be read as a text.
-    Raises `OSError` if a place or a file in it cannot be read.
+    `unclear`: also those of which this is unknown, because they or a part of theirs cannot be decoded as text.
+    Raises `OSError` if a folder or a file in it cannot be read.
     """
     folder = Path(part).parent
     above = Path(os.path.normpath(folder / ".."))
@@ -140,13 +140,13 @@ def _is_text(file: str) -> bool:
 
 
 def _near(file: Path) -> str:
-    """Return a path as it is shown: relative to the working folder, if it is in it."""
+    """Return a path for messages: relative to the working folder if it is inside."""
     here = Path.cwd()
     return str(file.relative_to(here) if file.is_relative_to(here) else file)
 
 
 def files_of(spec: str) -> set[str]:
-    """Return the real paths of a spec and of what it includes, through others too, as far as there are such files."""
+    """Return the real paths of a spec and of the existing files that it includes, directly or not."""
     found = {os.path.realpath(spec)}
     open_ends = [spec]
     while open_ends:
@@ -159,7 +159,7 @@ def files_of(spec: str) -> set[str]:
 
 
 def _included(file: Path) -> Iterator[str]:
-    if INCLUDE not in _text(file):  # as of most, which need not be taken apart for that
+    if INCLUDE not in _text(file):  # most files, which need not be tokenized for that
         return
     for word, path in pairwise(_tokens(file)):
         if word.text == INCLUDE and path.kind == STRING:
@@ -167,12 +167,12 @@ def _included(file: Path) -> Iterator[str]:
 
 
 def is_part(file: str) -> bool:
-    """Return whether a file is a part; `OSError` if it cannot be read."""
+    """Return whether a file begins with `part NAME`; raises `OSError` if it cannot be read."""
     return named_after(Path(file), "part") is not None
 
 
 def advised(diagnostics: Iterable[Diagnostic], file: str) -> tuple[Diagnostic, ...]:
-    """Return what is wrong with a file; where it is a part, with the advice which specs include it."""
+    """Return the diagnostics, with the specs that include the file as advice if it is a part (E009)."""
     return tuple(replace(each, help=_includers(file)) if each.code == "E009" else each for each in diagnostics)
 
 

@@ -1,6 +1,6 @@
-"""What the playground asks in a browser: the page of a spec, and answers of the reference interpreter.
+"""The functions that the playground calls in a browser: the page of a spec, and answers to events.
 
-All of it is Python without extension modules: nothing is asked of an engine.
+They use only Python without extension modules, and no engine but the reference interpreter.
 """
 
 import json
@@ -20,9 +20,9 @@ NOT_ASKED = "not asked"
 
 
 def look(text: str) -> str:
-    """Return as JSON what is wrong with a spec (`mistakes`, as `exover check` prints it), else its page (`report`).
+    """Return a JSON object: `mistakes`, as `exover check` prints them, "" if none, and `report`, the page, else null.
 
-    The page has tables, diagrams, rules and graph, and no finding: every check is not asked.
+    The page has tables, diagrams, rules and graph, and no findings: no check is asked.
     """
     loaded = load(Source(NAME, text))
     if loaded.model is None:
@@ -35,9 +35,9 @@ def look(text: str) -> str:
 
 
 def answer(text: str, events: str) -> str:
-    """Return as JSON the lines by which the reference interpreter answers events, a list of lines as JSON, too.
+    """Return a JSON list of the lines with which the reference interpreter answers `events`, a JSON list of lines.
 
-    The spec has no mistake.
+    The spec must have no mistake.
     """
     model = load(Source(NAME, text)).model
     assert model is not None

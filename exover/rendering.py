@@ -1,4 +1,4 @@
-"""What was found, as it is shown: summaries, reports, drawings, runs and the page, each a text."""
+"""Results as texts: summaries, reports, drawings, runs and the page."""
 
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, assert_never
@@ -34,11 +34,11 @@ def summarise(
     properties: Properties | None = None,
     skipped: tuple[str, ...] = (),
 ) -> "Summary":
-    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
+    """Return the content of a report: the findings, and the sizes of the spec and of its tables, if these were made.
 
-    `outcome`: what the checks found; None: none was asked. `counted`: the severities that make the verdict.
-    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
-    `skipped` are the checks that were not asked.
+    `outcome`: the findings, None if no check was asked. `counted`: the severities that decide the verdict.
+    With `bounded`, bounds on the costs of events and calls are added. `properties`: those that were checked, if any;
+    `skipped`: the checks that were not asked.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
@@ -50,7 +50,7 @@ def summarise(
 
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":
-    """Return how large tables are; with `bounded`, what events and calls cost at most."""
+    """Return the sizes of tables; with `bounded`, also bounds on the costs of events and calls."""
     from exover.bounds.sizes import ram_bytes
     from exover.report.summary import TableFigures
 
@@ -80,7 +80,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
 
 
 def report(summary: "Summary", form: "ReportFormat", timings: bool) -> str:
-    """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
+    """Return the report in a format, with a final newline; it has times in seconds only with `timings`."""
     match form:
         case "text":
             from exover.report import text
@@ -107,7 +107,7 @@ def report(summary: "Summary", form: "ReportFormat", timings: bool) -> str:
 
 
 def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
-    """Return a finding and the run that it shows as text, as JSON, as a drawing, or as a dump for waveform viewers."""
+    """Return a finding and its run as text, as JSON, as an SVG drawing, or as a VCD file for waveform viewers."""
     from exover import __version__
     from exover.report import recorded as plain
     from exover.report import timeline, vcd
@@ -126,7 +126,7 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
 
 
 def draw(graph: "InteractionGraph", form: Drawing) -> str:
-    """Return who does what to whom as text for Graphviz or Mermaid, or as a drawing.
+    """Return the interaction graph as text for Graphviz or Mermaid, or as an SVG drawing.
 
     Raises `NotRunnable` if Graphviz, which draws SVG, is missing or fails, and `TimeoutError`.
     """
@@ -146,7 +146,7 @@ def draw(graph: "InteractionGraph", form: Drawing) -> str:
 def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
     """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
 
-    `audit`: what an audit of missions has found, as it prints it.
+    `audit`: the result of an audit of missions, as the JSON object that it prints.
     """
     from exover.page.html import render
 
@@ -156,7 +156,7 @@ def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[s
 def page_of(
     summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
 ) -> "dict[str, Any]":
-    """Return what the page of a report is told; without tables there is nothing to walk in it."""
+    """Return the data of the page of a report; without tables it has no diagrams and no simulator."""
     from exover.page.document import document
 
     tables, data = (built.tables, built.data) if built else (None, b"")
@@ -164,7 +164,7 @@ def page_of(
 
 
 def told(compared: "Compared", form: Differing) -> str:
-    """Return what differs between two versions in a format, with a final newline."""
+    """Return the differences between two versions in a format, with a final newline."""
     from exover.report import difference, difference_sarif
 
     match form:

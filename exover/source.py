@@ -14,16 +14,16 @@ from typing import NamedTuple
 from exover.dataclass import dataclass
 
 STDIN = "<stdin>"
-"""The name of a text that is read from standard input."""
+"""The name of a text from standard input."""
 TAB_WIDTH = 4
-"""Blanks that one tab of a source line takes when the line is shown."""
+"""The number of blanks that replace a tab when a source line is shown."""
 _BLOCK = 1 << 10
 
 
 class Span(NamedTuple):
     """The characters ``start <= offset < end`` of a text; empty (``start == end``) is the gap before ``start``.
 
-    Nearly every node of a tree has one: a tuple takes half the time of a frozen dataclass to make.
+    It is a tuple because nearly every node of a tree has one: making a frozen dataclass takes twice the time.
     """
 
     start: int
@@ -35,7 +35,7 @@ class Span(NamedTuple):
 
 
 class SourcePlace(NamedTuple):
-    """Where a character is: the name of its file, line and column."""
+    """The place of a character: the name of its file, line and column."""
 
     file: str
     line: int
@@ -46,7 +46,7 @@ class SourcePlace(NamedTuple):
 class Source:
     """A text and the name under which messages quote it; `base` is the offset of its first character.
 
-    `parts` are the texts that it includes, at first hand or through others, in the order of their offsets.
+    `parts` are the texts that it includes, directly or not, in the order of their offsets.
     """
 
     name: str
@@ -57,12 +57,12 @@ class Source:
 
     @property
     def end(self) -> int:
-        """The offset behind the last character of this text, its parts apart."""
+        """The offset after the last character of this text, not counting its parts."""
         return self.base + len(self.text)
 
     @property
     def span(self) -> Span:
-        """The span of this text, its parts apart."""
+        """The span of this text without its parts."""
         return Span(self.base, self.end)
 
     @property
@@ -71,7 +71,7 @@ class Source:
         return (self, *self.parts)
 
     def at(self, offset: int) -> "Source":
-        """Return the text in which an offset is: this one, or one of its parts."""
+        """Return the text that contains an offset: this one, or one of its parts."""
         number = bisect_right(self.parts, offset, key=lambda part: part.base)
         return self.parts[number - 1] if number else self
 
@@ -82,7 +82,7 @@ class Source:
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at ``offset`` in its file.
 
-        An offset behind the text counts as its end, one before it as its beginning.
+        An offset after the text counts as its end, one before it as its beginning.
         """
         file = self.at(offset)
         inside = file._inside(offset)
@@ -112,7 +112,7 @@ class Source:
     def _counts(self) -> list[int]:
         """Return the number of line ends before each block of the text.
 
-        Counted at the first question and kept: a list of all lines would be large where nearly nothing is asked.
+        Counted at the first use and kept: a list of all lines would be too large for few uses.
         """
         counts = self._lines_before
         if not counts:

@@ -1,4 +1,4 @@
-"""TOML with places: what a file says, and where each of its keys stands, which `tomllib` does not tell."""
+"""TOML with places: the content of a file, and the span of each of its keys, which `tomllib` does not give."""
 
 import re
 import tomllib
@@ -10,7 +10,7 @@ from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
 
 KeyPath = tuple[str | int, ...]
-"""Keys from the top of a file; a number counts the tables of an array of tables, or the elements of a list."""
+"""The keys from the top of a file to a value; a number is an index into an array of tables or a list."""
 
 BLANKS = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 KEY = re.compile(r"[A-Za-z0-9_-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
@@ -20,7 +20,7 @@ PLAIN = re.compile(r"[^,\]}\n#]+")
 INTEGER = re.compile(r"([+-]?)(?:0x([\dA-Fa-f_]+)|0o([0-7_]+)|0b([01_]+)|([\d_]+))")
 BASES = (16, 8, 2, 10)
 BITS = 64
-"""Of an integer of TOML: more of them are refused, as its standard says."""
+"""The bits of an integer of TOML; a longer one is a mistake, as its standard says."""
 TOLD = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
@@ -31,7 +31,7 @@ class Places:
     spans: dict[KeyPath, Span]
 
     def of(self, *path: str | int) -> Span | None:
-        """Return where a key stands, or else the nearest table around it that has a place."""
+        """Return the span of a key, or else of the nearest enclosing key or table that has one; None without any."""
         for length in range(len(path), 0, -1):
             if path[:length] in self.spans:
                 return self.spans[path[:length]]
@@ -42,7 +42,7 @@ NOWHERE = Places({})
 
 
 def read_toml(source: Source) -> tuple[dict[str, Any], Places] | Diagnostic:
-    """Return what a file says with the places of its keys, or what is wrong with it."""
+    """Return the content of a file and the places of its keys, or a diagnostic if it is no TOML."""
     try:
         content = _loads(source.text)
         return content, Places(_Scanner(source.text).scan())
@@ -56,7 +56,7 @@ def read_toml(source: Source) -> tuple[dict[str, Any], Places] | Diagnostic:
 
 
 class _LongInteger(Exception):
-    """An integer has more bits than one of TOML."""
+    """An integer has more than BITS bits."""
 
     def __init__(self, span: Span) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ class _LongInteger(Exception):
 
 
 def _loads(text: str) -> dict[str, Any]:
-    """Return what a text says; `tomllib` fails at integers of thousands of digits, and we say where one is."""
+    """Return the content of a text; raises `_LongInteger` if `tomllib` fails at an integer of thousands of digits."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
@@ -75,7 +75,7 @@ def _loads(text: str) -> dict[str, Any]:
 
 
 def _not_toml(source: Source, message: str) -> Diagnostic:
-    """Return what `tomllib` says, at the place that it says."""
+    """Return the message of `tomllib` as a diagnostic, at the place that the message names."""
     found = TOLD.search(message)
     offset = len(source.text)
     if found and found[1]:
@@ -87,13 +87,16 @@ def _not_toml(source: Source, message: str) -> Diagnostic:
 
 @dataclass
 class _Scanner:
-    """Reads a text that `tomllib` has accepted, up to an integer that is too long; so nothing is looked at twice."""
+    """Finds the spans of keys in a text that `tomllib` accepts, or rejects only for an integer that is too long.
+
+    So it does not check the syntax. It raises `_LongInteger` at such an integer.
+    """
 
     text: str
     offset: int = 0
     spans: dict[KeyPath, Span] = field(default_factory=dict)
     arrays: dict[KeyPath, int] = field(default_factory=dict)
-    """How many tables each array of tables has so far."""
+    """The index of the last table so far of each array of tables."""
 
     def scan(self) -> dict[KeyPath, Span]:
         table: KeyPath = ()
@@ -129,7 +132,7 @@ class _Scanner:
         return path
 
     def _keys(self) -> tuple[list[str], Span]:
-        """Return a dotted key, and where it stands."""
+        """Return the parts of a dotted key, and its span."""
         self._more()
         start, keys = self.offset, []
         while found := KEY.match(self.text, self.offset):
@@ -180,7 +183,7 @@ class _Scanner:
 
 
 def _too_long(text: str) -> bool:
-    """Return whether a value is an integer that has not its place in the bits of one of TOML."""
+    """Return whether a value is an integer that does not fit BITS bits in two's complement."""
     found = INTEGER.fullmatch(text)
     if not found:
         return False
