@@ -9,7 +9,7 @@ from time import process_time
 from types import FrameType
 
 AGAIN = 1.0
-"""The seconds after which it is raised again, should somebody have caught it."""
+"""The seconds after which `Late` is raised again, in case something has caught it."""
 
 
 class Late(Exception):
@@ -20,7 +20,7 @@ class Late(Exception):
 def bounded(deadline: float) -> Iterator[None]:
     """Raise `Late` in the body, between two instructions, once the processor time of the process is `deadline`.
 
-    What the body has changed by then may be half done. Where there are no such signals nothing is interrupted.
+    What the body was changing may be half done. Without such signals, or in another thread, nothing is interrupted.
     """
     usable = hasattr(signal, "ITIMER_PROF") and threading.current_thread() is threading.main_thread()
     if deadline == inf or not usable:

@@ -20,13 +20,13 @@ from exover.ocrd.compile import DecodedTables
 
 
 class UndecidedBytes(Exception):
-    """Whether the bytes are the rules is more than can be followed; the text says why."""
+    """It is not decided whether the bytes decide as the rules do; the text says why."""
 
 
 def differences(model: Model, data: bytes) -> Iterator[str]:
-    """Yield in what the tables of these bytes are not the rules of the model; nothing iff they are.
+    """Yield how the tables of these bytes differ from the rules of a model; nothing iff they decide the same.
 
-    Raises `UndecidedBytes` if the rules tell more apart than can be followed.
+    Raises `UndecidedBytes` if the rules distinguish too many values.
     """
     try:
         tables = _tables(data)
@@ -46,7 +46,7 @@ def differences(model: Model, data: bytes) -> Iterator[str]:
 
 
 def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
-    """Yield in what the tables, whose diagrams have actions of their kind alone, do otherwise than the rules say."""
+    """Yield how the tables decide otherwise than the rules; each diagram must have only actions of its kind."""
     plain = plain_entries(model, tables)
     entries = tuple(plain[entry] for entry in sorted(plain))
     if len(entries) != len(tables.entries):  # what predicates of arguments mean is asked of the compiler, then proved
@@ -71,7 +71,7 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
 
 
 def _beside(read: DecodedTables) -> tuple[str, ...]:
-    """Return what is seen to be otherwise by following the diagrams of both."""
+    """Return how the two differ, by following the paths of their diagrams; raises `UndecidedPaths`."""
     beside = paths.PathComparison(read, PathFeasibility(read))
     found = dict.fromkeys(
         what for kind, name, _ in kinds_of_events(read.model) for what in beside.different(kind, name)
@@ -80,7 +80,7 @@ def _beside(read: DecodedTables) -> tuple[str, ...]:
 
 
 def _misplaced(tables: t.Tables) -> Iterator[str]:
-    """Yield the diagrams in which actions stand that are none of their kind."""
+    """Yield the diagrams that have an action which is not allowed in a diagram of their kind."""
     decisions = {t.REJECT, t.WAIT, t.CLEAR, t.SETTLE, t.KILL, t.DISMISS, t.LAUNCH}
     conditions = [row.predicate for row in tables.features] + [row.predicate for row in tables.pasts]
     conditions += [row.predicate for row in tables.amounts] + [row.condition for row in tables.launches]
@@ -95,7 +95,7 @@ def _misplaced(tables: t.Tables) -> Iterator[str]:
 
 
 def _tables(data: bytes) -> t.Tables:
-    """Return the tables of these bytes; `Refused` if the decoder that shares nothing with ours reads otherwise."""
+    """Return the tables of these bytes; raises `Refused` if the decoder of the checker reads them otherwise."""
     found = decode(data)
     tables = packing.decode(data)
     if packing.words(tables) != list(found.words) or found.spec != tables.digest.hex() or found.doubles != tables.reals:

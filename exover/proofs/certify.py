@@ -1,4 +1,4 @@
-"""The certificate of what the checks found: every finding with its claim and, where there is one, the proof of it."""
+"""The certificate of the findings: each finding with its claim and, if one is found, the proof of the claim."""
 
 import json
 from collections.abc import Iterable
@@ -22,7 +22,7 @@ SECONDS = 10.0
 SECONDS_EACH = 60.0
 """The seconds of the processor after which a proof is given up."""
 SECONDS_ALL = 600.0
-"""And after which none is looked for any more: what is left is without proof."""
+"""The seconds of the processor after which the search ends: the findings that are left have no proof."""
 
 
 def certificate(

@@ -13,20 +13,20 @@ from exover.model.types import Bool, Real
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
 
 MOST_PIECES = 256
-"""A clause is not written down that has so many ranges of a number."""
+"""A clause that needs more ranges of a number than this is not written."""
 Piece = tuple[int, int]
 
 
 @dataclass
 class Clauses:
-    """Writes clauses over the latches of one encoding."""
+    """Writes clauses over the latches of one encoding as formulas."""
 
     latches: Latches
     statement: Statement
     _flags: dict[str, str] = field(default_factory=dict)
-    """By variable that is one latch and no value: when it is true."""
+    """By variable of one latch that tells a phase or whether there is a past: the condition that the latch is true."""
     _values: dict[str, tuple[str, str]] = field(default_factory=dict)
-    """By variable that is a value: its name, and when it counts."""
+    """By variable that is a value: its term, and the condition under which something holds the value."""
 
     def __post_init__(self) -> None:
         statement, latches = self.statement, self.latches
@@ -55,7 +55,7 @@ class Clauses:
         self._values |= {name: (f"{prefix}.{k}", counts) for k, name in enumerate(names)}
 
     def text(self, clause: Clause) -> str:
-        """Return a clause as a formula; raises `Unsaid` if it is about more than the checker knows."""
+        """Return a clause as a formula; raises `Unsaid` if it reads what the checker does not know."""
         literals: dict[str, dict[int, bool]] = {}
         for literal in clause:
             if literal >> 1 not in self._owner:
@@ -66,7 +66,7 @@ class Clauses:
         return disjunction([self._some(name, bits) for name, bits in literals.items()])
 
     def _some(self, name: str, bits: dict[int, bool]) -> str:
-        """Return that one of the bits of a variable, by number, is as given."""
+        """Return the condition that some bit of a variable has its value in `bits`, which are by number."""
         if name in self._flags:
             return self._flags[name] if bits[0] else _not(self._flags[name])
         here, counts = self._values[name]
@@ -86,9 +86,9 @@ def _not(text: str) -> str:
 
 
 def pieces(span: AllocatedRange, bits: dict[int, bool]) -> list[Piece]:
-    """Return the ranges, of numbers or of cells of a grid, in which one of the bits is as given.
+    """Return the ranges, of numbers or of cells of a grid, in which some bit has its value in `bits`.
 
-    Raises `Unsaid` if they are too many, or if the bits tell apart more than cells.
+    Raises `Unsaid` if they are too many, or if the bits distinguish places within a cell.
     """
     places = 0 if span.grid is None else span.grid.places
     lowest = min(bits)
@@ -109,7 +109,7 @@ def pieces(span: AllocatedRange, bits: dict[int, bool]) -> list[Piece]:
 
 
 def _between(name: str, span: AllocatedRange, piece: Piece) -> str:
-    """Return that a number, or a real by its cell, is in a range."""
+    """Return the condition that a number, or the cell of a real, is in a range."""
     places = 0 if span.grid is None else span.grid.places
     ends = span.low >> places, span.high >> places
     low, high = piece
@@ -135,7 +135,7 @@ def _constant(grid: Grid, which: int) -> str:
 
 
 def written(clauses: Iterable[Clause], writer: Clauses) -> Iterator[str]:
-    """Yield the clauses that can be written."""
+    """Yield the formulas of the clauses that can be written, but no tautologies."""
     for clause in clauses:
         try:
             text = writer.text(clause)

@@ -1,4 +1,4 @@
-"""What is invariant of a table: what every part of a pass keeps, and what only whole steps keep."""
+"""The inductive invariant of a table: what every event and part of a pass keeps, and what only whole steps keep."""
 
 from collections.abc import Iterable, Sequence
 from math import inf
@@ -24,7 +24,7 @@ class Invariants:
 def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
     """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001).
 
-    None of them, where there is no time to tell.
+    Empty if the deadline of the checker passes first.
     """
     kept = {text: checker.formula(text) for text in dict.fromkeys(texts)}
     kept = {text: part for text, part in kept.items() if checker.true(part, checker.initial)}
@@ -41,7 +41,7 @@ def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
 
 
 def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: TableStep) -> set[str]:
-    """Return some formulas that an operation does not keep where what is given is true; none iff it keeps all."""
+    """Return formulas that an operation, where `given` is true, does not keep or may not; none iff it keeps all."""
     changed = checker.changed(now)
     touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
     after = checker.at(conj(*touched.values()), now.state, changed)
@@ -61,19 +61,19 @@ def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any
 
 
 class Hurried(Checker):
-    """The checker, which gives up when the time for a claim is over."""
+    """A checker that raises `SolverGaveUp` when asked after `deadline`, in seconds of the processor."""
 
     deadline: float = inf
 
     def suppose(self, parts: list[Any]) -> None:
-        """Replace what is taken for invariant, and forget what was derived from it."""
+        """Replace the formulas that are taken for invariant, and forget what was derived from the old ones."""
         self.parts = parts
         vars(self).pop("between", None)
         self._steps.clear()
         self._solver = [], None
 
     def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
-        """Return whether some state is as all of the parts say."""
+        """Return whether some state satisfies what is given and all of the parts."""
         if process_time() > self.deadline:
             raise SolverGaveUp(LATE)
         return super().satisfiable(what, given, *parts)
@@ -82,7 +82,7 @@ class Hurried(Checker):
 def kept_by_steps(checker: Hurried, parts: list[Any], texts: Iterable[str]) -> list[str]:
     """Return those of the formulas that whole steps keep together, where `parts` are invariant: by Houdini again.
 
-    None of them, where there is no time to tell, or where steps are not seen to end.
+    Empty if the solver gives up, the deadline passes, or steps cannot be shown to end.
     """
     kept = {text: checker.formula(text) for text in dict.fromkeys(texts)}
     try:
@@ -101,7 +101,7 @@ def kept_by_steps(checker: Hurried, parts: list[Any], texts: Iterable[str]) -> l
 
 
 def never(checker: Checker, text: str) -> bool:
-    """Return whether what is invariant tells that a formula is true of no moment after a step."""
+    """Return whether the invariant implies that a formula is false after every step; False if the solver gives up."""
     try:
         return not checker.satisfiable("it is true of some moment", checker.between, checker.formula(text))
     except SolverGaveUp:

@@ -1,7 +1,7 @@
 """Proofs of the temporal operators of a formula: sets that steps cannot enter, layers, rankings (docs/certificates.md).
 
-For each operator a set bounds the moments from which a step leads to where it is true: from within where the operator
-must be true of some moments (*needed*), from around where it must be false of them.
+Each proof gives a bound on the moments from which a step leads to the target of its operator: an under-approximation if
+the operator must be true of some moments (*needed*), an over-approximation if it must be false of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ from exover.proofs.sets import Sets
 from exover.proofs.statement import Unsaid
 
 OperatorProof = Json | None
-"""The proof of one operator; those of a formula stand in the order in which it is written."""
+"""The proof of one operator; the proofs of a formula are in the order in which its operators are written."""
 INVARIANT: Json = {"kind": "invariant"}
 MOST_NODES = 3000
 """A set with more nodes is not written down."""
@@ -51,7 +51,7 @@ LATE = "the proof takes too long"
 
 @dataclass(frozen=True)
 class LimitedSteps(LoopSteps):
-    """Steps that end with `TooWide` when a set is too large, and with `Unsaid` when the time is over."""
+    """Backward steps that raise `TooWide` when a set is too large, and `Unsaid` after `deadline`."""
 
     deadline: float = inf
 
@@ -67,9 +67,9 @@ class LimitedSteps(LoopSteps):
 
 @dataclass
 class Operators:
-    """Proves formulas about one loop; `never`: whether it is known that a formula of one moment is never true.
+    """Proves formulas about one loop; `never`: tells whether a formula of one moment is known to be never true.
 
-    `fair`: runs without end count if reports are fair on them.
+    `fair`: of the infinite runs, only those with fair reports count.
     """
 
     analysis: Analysis
@@ -82,18 +82,18 @@ class Operators:
 
     @cached_property
     def steps(self) -> LimitedSteps:
-        """The steps that are assumed."""
+        """The steps that the assumptions leave."""
         stepper = self.analysis.stepper
         return LimitedSteps(BackwardReachability(stepper, stepper.universe, None), deadline=self.deadline)
 
     @cached_property
     def fixpoints(self) -> Fixpoints:
-        """Questions about fair runs."""
+        """Fixpoints over these steps, of fair runs if `fair`."""
         return Fixpoints(self.steps, fair_reports(self.analysis.stepper) if self.fair else ())
 
     @cached_property
     def moments(self) -> Set:
-        """The moments that are looked at: the first one, and all that steps may end in, as far as that is known."""
+        """The start, and all states in which steps may end: an over-approximation of the moments."""
         return (self.steps.universe & self.analysis.stepper.allowed) | self.analysis.space.initial
 
     def nowhere(self, states: Set) -> bool:
@@ -123,7 +123,7 @@ class Operators:
                 return moments(self.analysis.meaning, formula)
 
     def text(self, states: Set, care: Set, names: dict[str, str] | None = None) -> str:
-        """Return a formula that is true of `care` exactly in these states; `names`: of the bits of promises."""
+        """Return a formula that, within `care`, is true exactly of these states; `names`: of the bits of promises."""
         simple = self.analysis.space.simplified(self.analysis.stepper.forgotten(states), care)
         if len(simple) > MOST_NODES:
             raise Unsaid(TOO_LARGE)
@@ -162,7 +162,7 @@ class Operators:
                 return []
 
     def _one_of(self, parts: Sequence[Formula], positive: bool, needed: Set) -> list[OperatorProof]:
-        """Return proofs that one of the parts is true of each moment, or false: what is of one moment goes first."""
+        """Return proofs that of each moment some part is true, or if not `positive` false; momentary parts first."""
         last = max((number for number, part in enumerate(parts) if not momentary(part)), default=0)
         for part in parts:
             if momentary(part) and part is not parts[last]:
@@ -181,7 +181,7 @@ class Operators:
         return self.true(formula) if positive else ~self.true(formula)
 
     def _ensure(self, missing: Set) -> None:
-        """Raise `Unsaid` unless no moment is missing."""
+        """Raise `Unsaid` unless it is known that no moment is one of these states."""
         if not self.nowhere(missing):
             raise Unsaid(UNREACHED)
 
@@ -223,7 +223,7 @@ class Operators:
     def _until(self, until: SomeUntil, positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that from each of the moments a step leads to where an `until` is true, or from none of them.
 
-        And that what it is made of is true where that depends on it, or that it is false everywhere else.
+        With proofs that its operands are true of the moments on the way, or false of those that would lead there.
         """
         left, right = until.left, until.right
         if positive:
@@ -241,15 +241,15 @@ class Operators:
         return [closed, *inner, *self.prove(right, False, self.moments & ~found)]
 
     def _closed(self, into: Set, needed: Set) -> OperatorProof:
-        """Return the proof that no step leads into `into` from outside; none of the moments needed is in it."""
+        """Return the proof by `into`, which has all moments with a step to the target, and none of those needed."""
         self._ensure(into & needed)
         return {"kind": "closed", "states": self.text(into, self.moments)}
 
     def _layers(self, needed: Set, through: Set, goal: Set) -> tuple[list[Json], Set]:
         """Return layers that cover the moments needed, and their union.
 
-        From each its event leads to the goal, or through a layer before. Events take turns (chaining), those first that
-        change something on which it depends where they lead.
+        The event of a layer leads from it to the goal, or to an earlier layer within `through`. Events take turns
+        (chaining); those that change a variable on which the target depends are tried first.
         """
         events, found, layers = self.analysis.loop.events, self.analysis.space.none, list[Json]()
         every, turn = range(len(events)), None
@@ -278,7 +278,7 @@ class Operators:
     # ---- runs without end ----
 
     def _ranked(self, part: Formula, needed: Set) -> OperatorProof:
-        """Return the proof that no fair run stays from one of the moments where a formula is true."""
+        """Return the ranking that proves: no fair run from a moment needed stays for ever where a formula is true."""
         return self._ranking(self.fixpoints, self.true(part), needed, self._reports, {})
 
     @property

@@ -1,4 +1,4 @@
-"""Proofs for findings: what is invariant of all runs, and for each claim what the search finds."""
+"""Proofs of findings: one inductive invariant for all of them, and for each claim the proof that the search finds."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -31,7 +31,7 @@ from exover.proofs.statement import Statement, Unsaid, facts
 
 @dataclass
 class CertificateProver:
-    """Finds proofs about one table; every proof is checked before it is given."""
+    """Finds proofs about one table; every proof is checked before it is returned."""
 
     compiled: Compiled
     data: bytes
@@ -43,31 +43,31 @@ class CertificateProver:
     seconds_each: float
     seconds_all: float
     seconds_steps: float = 200.0
-    """The seconds for what whole steps keep."""
+    """The seconds of the processor for finding what whole steps keep."""
 
     def __post_init__(self) -> None:
         self._end = process_time() + self.seconds_all
 
     @cached_property
     def statement(self) -> Statement:
-        """Says what is claimed."""
+        """Writes the claims in SMT-LIB."""
         return Statement(self.compiled.model, facts(self.claims.values(), self.properties))
 
     @cached_property
     def checker(self) -> Hurried:
-        """The checker, which knows what is invariant."""
+        """The checker of the table, with the assumptions; `invariants` gives it the invariant."""
         checker = Hurried(decode(self.data), self.seconds, watched=self.statement.watched())
         checker.assumptions = [checker.formula(text) for text in self.assumptions]
         return checker
 
     @cached_property
     def assumptions(self) -> list[str]:
-        """What steps are assumed to end in."""
+        """The assumptions, as formulas that are true after every step that is looked at."""
         return [self.statement.moment(each.formula) for each in self.properties.assumptions]
 
     @cached_property
     def invariants(self) -> Invariants:
-        """What is invariant, on the level of single operations and of whole steps; the checker knows it from now on."""
+        """The formulas that single operations keep, and those that whole steps keep; the checker has them then."""
         self.progress("invariant")
         checker = self.checker
         parts = self._by_parts(list(self._candidates()))
@@ -95,14 +95,14 @@ class CertificateProver:
         return Invariants(parts, kept)
 
     def _by_parts(self, candidates: list[str]) -> list[str]:
-        """Return what every operation keeps, which the checker takes for invariant from now on."""
+        """Return the candidates that all operations keep together; the checker takes them for invariant from now on."""
         self.checker.deadline = self._end
         found = houdini(self.checker, candidates)
         self.checker.suppose([*self.checker.typed(), *map(self.checker.formula, found)])
         return found
 
     def _by_steps(self, clauses: list[str], goals: list[str]) -> list[str]:
-        """Return what whole steps keep: that nothing of `goals` is so, with clauses where it needs them; or nothing."""
+        """Return negations of `goals` that whole steps keep, and the clauses kept with them; empty if none is kept."""
         checker, parts = self.checker, list(self.checker.parts)
         found, wanted = list[str](), [f"(not {text})" for text in goals]
         for candidates in (wanted, [*clauses, *wanted]):
@@ -113,7 +113,7 @@ class CertificateProver:
         return found if set(wanted) & set(found) else []
 
     def _denied(self) -> dict[str, Formula]:
-        """Return what findings say is true of no moment after a step, each as a text."""
+        """Return, by their terms, the formulas that are false after every step if the verdicts are right."""
         found: dict[str, Formula] = {}
         for finding in self.findings:
             claim = self.claims[finding.check, finding.subject]
@@ -124,11 +124,11 @@ class CertificateProver:
         return found
 
     def _left(self, goals: dict[str, Formula]) -> dict[str, Formula]:
-        """Return those of the formulas of which what is invariant does not tell that they are never true."""
+        """Return the formulas that the invariant is not known to make false after every step."""
         return {text: formula for text, formula in goals.items() if not never(self.checker, text)}
 
     def _candidates(self) -> Iterator[str]:
-        """Yield what may be invariant: that no rule is broken, that launches are as required, what is claimed."""
+        """Yield candidates for the invariant: no broken rule, launches as required, nothing waits, no goal of a claim."""
         model, statement = self.compiled.model, self.statement
         for rule in model.rules:
             yield from (f"(not {statement.moment(Broken(rule, once_stopped))})" for once_stopped in (False, True))
@@ -146,11 +146,11 @@ class CertificateProver:
 
     @cached_property
     def search(self) -> ProofSearch:
-        """Finds what may prove a claim."""
+        """The search for a proof of each claim."""
         return ProofSearch(self.compiled, self.properties, self.claims, self.progress, self.statement, self.checker)
 
     def finding(self, finding: Finding) -> Json:
-        """Return a finding with its claim and the proof of it, or why there is none."""
+        """Return a finding with its claim and its proof, or with the reason why it has none."""
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         asked, claim = self.claims[finding.check, finding.subject], None

@@ -1,4 +1,4 @@
-"""Runs as the checker of certificates reads them: numbers of requests, slots and reasons for their names."""
+"""Runs as the checker of certificates reads them: requests, slots and reasons are numbers."""
 
 from fractions import Fraction
 from functools import cached_property
@@ -42,9 +42,9 @@ class RunWriter:
         return {reason: number for number, reason in enumerate(reasons(self.statement.model))}
 
     def steps(self, trace: Trace) -> list[dict[str, Any]]:
-        """Return the steps of a run; what an answer says of a broken sensor is left out, the reading is what counts.
+        """Return the steps of a run, each an event with its answers; `invalid` is left out, for only readings count.
 
-        Refusals of required launches stand there every time: the checker does not know which was the last.
+        A step has all its refusals of required launches, repeated or not: the checker does not remember refusals.
         """
         reference, steps = Reference(self.statement.model), []
         state = reference.start()
@@ -55,7 +55,7 @@ class RunWriter:
         return steps
 
     def event(self, event: Event) -> list[Any]:
-        """Return an event: its kind, what it is about, the outcome of a report, the values."""
+        """Return an event as [kind, number of its subject, outcome of a report or 0, values]."""
         model, first = self.statement.model, self.statement.first_slot
         match event:
             case Ask(name, args):

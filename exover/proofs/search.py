@@ -1,4 +1,4 @@
-"""The search for proofs of claims: by the run of a finding, or one that is looked for, and by sets of states."""
+"""The search for proofs of claims: by the invariant, by the run of a finding or another one, by sets of states."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -44,11 +44,11 @@ from exover.proofs.statement import Statement, Unsaid
 from exover.proofs.witness import SHOWS_NOT, WitnessProof
 
 GRACE = 5.0
-"""The seconds that what looks at the clock has to end by itself."""
+"""The seconds after the deadline in which a search that reads the clock may end by itself."""
 
 
 def denied(formula: Formula, positive: bool) -> Iterator[Formula]:
-    """Yield the formulas of one moment that should never be true, if a formula is true, or if not `positive` false."""
+    """Yield formulas of one moment that are false after every step if `formula` is true, or if not `positive` false."""
     match formula:
         case Negation(part):
             yield from denied(part, not positive)
@@ -63,7 +63,7 @@ def denied(formula: Formula, positive: bool) -> Iterator[Formula]:
 
 @dataclass
 class ProofSearch:
-    """Looks for proofs about one table; `checker`: the checker of it, which knows what is invariant."""
+    """Searches for proofs of claims about one table; `checker`: its checker, which has the invariant."""
 
     compiled: Compiled
     properties: Properties
@@ -78,7 +78,7 @@ class ProofSearch:
 
     @cached_property
     def _analysis(self) -> Analysis:
-        """The closed loop, in which what claims ask of steps is remembered."""
+        """The analysis of the closed loop, in which the facts about steps that claims read are observed."""
         asked = (atom for claim in self.claims.values() if claim.formula is not None for atom in atoms(claim.formula))
         steps = dict.fromkeys(each for each in asked if isinstance(each, Happened | Passed) and self._is_said(each))
         extra = tuple(Property("", None, "ctl", fact, None, NOWHERE) for fact in steps)
@@ -90,9 +90,9 @@ class ProofSearch:
         return Sets(self._analysis.space, self.statement)
 
     def parts(self, claim: Claim, finding: Finding, deadline: float) -> list[OperatorProof]:
-        """Return what should prove that the verdict on a claim is right, a part for each of its operators.
+        """Return a proof, not checked yet, that the verdict on a claim is right: a part for each temporal operator.
 
-        Raises `Unsaid`, `TooWide`, `TooLarge` or `SpuriousRun` if nothing is found, or not until `deadline`.
+        Raises `Unsaid`, `TooWide`, `TooLarge` or `SpuriousRun` if none is found by `deadline`.
         """
         if finding.verdict == "unknown" or claim.formula is None:
             raise Unsaid("the question has no answer")
@@ -123,7 +123,7 @@ class ProofSearch:
         return WitnessProof(operators, trace, self._held(trace)).prove(formula, holds)
 
     def _forget(self) -> None:
-        """Drop what an interrupted search may have left half done."""
+        """Drop the analysis and what the checker derived: an interrupted search may have left them half done."""
         vars(self).pop("_analysis", None)
         vars(self).pop("_sets", None)
         self.checker.suppose(self.checker.parts)
@@ -131,7 +131,7 @@ class ProofSearch:
     # ---- what needs no sets of states ----
 
     def _plain(self, formula: Formula, positive: bool, trace: Trace | None) -> list[OperatorProof] | None:
-        """Return proofs by what is invariant and by the run of the finding; None if these do not show it."""
+        """Return proofs by the invariant and by the run of the finding; None if these do not prove the formula."""
         match formula:
             case Negation(part):
                 return self._plain(part, not positive, trace)
@@ -171,7 +171,7 @@ class ProofSearch:
         return INVARIANT if self._never(goal) else None
 
     def _comes(self, left: Formula, goal: Formula, trace: Trace | None) -> OperatorProof:
-        """Return the run of a finding up to where the goal is true, if `left` is true until then; else nothing."""
+        """Return the run of a finding up to where the goal is true, if `left` is true until then; else None."""
         steps = self._runs.steps(trace or Trace(()))
         now = self.checker.initial
         for number, step in enumerate(steps, 1):
@@ -185,7 +185,7 @@ class ProofSearch:
     def _at(self, formula: Formula, state: State) -> bool:
         return self.checker.true(self.checker.formula(self.statement.moment(formula)), state)
 
-    # ---- what does ----
+    # ---- runs, and what is known of their moments ----
 
     def _lasso(self, trace: Trace | None) -> OperatorProof:
         if trace is None or trace.loop_start is None:
@@ -193,7 +193,7 @@ class ProofSearch:
         return {"kind": "run", "steps": self._runs.steps(trace), "from": 0, "loop": trace.loop_start}
 
     def _run(self, formula: Formula, positive: bool) -> Trace | None:
-        """Return a run to what some run comes to, as a formula says, or if not `positive` its negation."""
+        """Return a run that shows a formula, or if not `positive` its negation, or a part of it; None if none does."""
         match formula:
             case Negation(part):
                 return self._run(part, not positive)
@@ -210,11 +210,11 @@ class ProofSearch:
                 return None
 
     def _never(self, formula: Formula) -> bool:
-        """Return whether what is invariant tells that a formula of one moment is never true after a step."""
+        """Return True only if the invariant implies that a formula of one moment is false after every step."""
         return never(self.checker, self.statement.moment(formula))
 
     def _held(self, trace: Trace) -> list[Set]:
-        """Return what is known of the moments of a run: the state of the loop, and what the last step did."""
+        """Return for each moment of a run, the start first, the loop states with its state and observed facts."""
         analysis, loop = self._analysis, self._analysis.loop
         facts = [(number, fact) for number, fact in enumerate(loop.observed) if self._is_said(fact)]
         said = [(number, self.checker.formula(self.statement.moment(fact))) for number, fact in facts]
@@ -230,7 +230,7 @@ class ProofSearch:
         return held
 
     def _is_said(self, fact: Happened | Passed) -> bool:
-        """Return whether the checker knows a fact."""
+        """Return whether a fact can be expressed in the facts of the checker."""
         with suppress(Unsaid):
             return bool(self.statement.moment(fact))
         return False

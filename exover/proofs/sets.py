@@ -1,4 +1,4 @@
-"""Sets of the closed loop's states as SMT-LIB over the state that the checker of certificates knows."""
+"""Sets of states of the closed loop as terms of SMT-LIB over the state that the checker of certificates knows."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
@@ -18,12 +18,12 @@ from exover.ocrd.vector import rank
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
 
 MOST_TUPLES = 2000
-"""So many tuples of sample values are looked at to say which arguments are of one class."""
+"""At most so many tuples of sample values are tried to tell which arguments are of one class."""
 
 
 @dataclass
 class Sets:
-    """Writes sets of one space."""
+    """Writes sets of states of one space as formulas."""
 
     space: Space
     statement: Statement
@@ -31,9 +31,9 @@ class Sets:
     _sorted: dict[tuple[object, ...], list[str]] = field(default_factory=dict)
 
     def text(self, states: Set, promises: Mapping[str, str] | None = None) -> str:
-        """Return a formula that is true exactly in these states; raises `Unsaid` if what they tell apart is unknown.
+        """Return a formula that is true exactly in these states; raises `Unsaid` if the checker cannot tell them apart.
 
-        `promises`: the names of bits that are no part of the state.
+        `promises`: by bit that is no part of the state, the name that stands for it.
         """
         bdd, bound = self.space.bdd, list[str]()
         known: dict[Set, str] = {bdd.true: "true", bdd.false: "false"}
@@ -64,7 +64,7 @@ class Sets:
         return self._bits[name]
 
     def _value(self, key: tuple[object, ...], value: int) -> str:
-        """Return that a variable of the loop has this value."""
+        """Return the condition that a variable of the loop has this value."""
         loop = self.space.loop
         match key:
             case ("phase" | "place" | "level" | "last" as kind, number):
@@ -104,7 +104,7 @@ class Sets:
                 raise Unsaid("a set tells states apart by what a step remembers")
 
     def _order(self, request: int, held: str, absent: str, which: int, value: int) -> str:
-        """Return how an argument compares with a poster; 0 if there is no argument."""
+        """Return the condition that an argument compares with a poster as `ordered` says; 0: also that there is none."""
         order = self.space.loop.arguments[request].poster_orders[which]
         found = ordered(f"{held}.{order.left}", f"reading.{-1 - order.right}", value)
         return disjunction([absent, found]) if value == 0 else conjunction([f"(not {absent})", found])
@@ -120,7 +120,7 @@ class Sets:
     def _kinds(
         self, key: tuple[object, ...], request: int, prefix: str, kind_of: Callable[[Args], int], results: bool
     ) -> list[str]:
-        """Return for each kind of arguments, with results or without, the formula that they are of it."""
+        """Return by kind the condition that the arguments at `prefix`, with `results` also the results, are of it."""
         if key not in self._sorted:
             arguments = self.space.loop.arguments[request]
             fields = (*arguments.params, *arguments.results) if results else arguments.params
@@ -141,7 +141,7 @@ class Sets:
         return self._sorted[key]
 
     def _compared(self, request: int, fields: Sequence[Parameter]) -> list[tuple[int, int]]:
-        """Return the pairs of arguments that something compares, or may compare, as reals."""
+        """Return the pairs of arguments that a test compares as reals, or a condition of the properties may."""
         loop = self.space.loop
         arguments, name = loop.arguments[request], loop.model.requests[request].name
         tracked = [k for k, each in enumerate(fields) if (name, each.name) in loop.tracked.compared]
@@ -151,13 +151,13 @@ class Sets:
         return sorted(found | {*combinations(tracked, 2)})
 
     def _cell(self, request: int, k: int, value: Value) -> Value:
-        """Return what stands for the values that a condition on the k-th argument does not tell from this one."""
+        """Return the cell of a value of the k-th argument: of a real its rank among the cuts, else the value itself."""
         arguments = self.space.loop.arguments[request]
         field = (*arguments.params, *arguments.results)[k]
         return rank(arguments.cuts(k), float(value)) if isinstance(field.type, Real) else value
 
     def _axis(self, request: int, k: int, parameter: Parameter, name: str, axis: Sequence[Value]) -> dict[Value, str]:
-        """Return by what stands for them that an argument has such values."""
+        """Return, by cell of the sample values, the condition that the k-th argument is in that cell."""
         if isinstance(parameter.type, Real):
             cuts = self.space.loop.arguments[request].cuts(k)
             return {self._cell(request, k, value): inside(name, value, cuts) for value in axis}
@@ -171,7 +171,7 @@ def ite(cond: str, high: str, low: str) -> str:
 
 
 def inside(name: str, sample: Value, cuts: Sequence[float]) -> str:
-    """Return that a real lies between the same cuts as a sample."""
+    """Return the condition that a real lies between the same cuts as a sample, or on the same cut."""
     place, kind = rank(tuple(cuts), float(sample)), Real()
     if place % 2:
         return f"(= {name} {constant(kind, cuts[place // 2])})"
@@ -181,7 +181,7 @@ def inside(name: str, sample: Value, cuts: Sequence[float]) -> str:
 
 
 def between(name: str, values: Sequence[int], value: int) -> str:
-    """Return that an integer is at least this one of the values, and less than the next of them."""
+    """Return the condition that an integer is at least `value`, but for the first, and less than the next value."""
     place = bisect_right(values, value)
     above = [f"(<= {numeral(value)} {name})"] if place > 1 else []
     below = [f"(< {name} {numeral(values[place])})"] if place < len(values) else []
@@ -189,12 +189,12 @@ def between(name: str, values: Sequence[int], value: int) -> str:
 
 
 def ordered(left: str, right: str, order: int) -> str:
-    """Return that two reals compare so: the left is less (0), they are equal, the right is less."""
+    """Return the condition that two reals compare so: left < right (0), left = right (1), left > right (2)."""
     return (f"(< {left} {right})", f"(= {left} {right})", f"(< {right} {left})")[order]
 
 
 def tree(texts: Sequence[Mapping[Value, str]], kinds: Mapping[tuple[Value, ...], int], wanted: int) -> str:
-    """Return the decision tree that is true iff the tuple of what `texts` say is of the kind `wanted`."""
+    """Return a decision tree: true iff the tuple whose places `texts` test is one that `kinds` maps to `wanted`."""
     if len({kind == wanted for kind in kinds.values()}) == 1:
         return "true" if wanted in kinds.values() else "false"
     below: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Claims as SMT-LIB over the state and the facts that the checker of certificates knows."""
+"""Claims as terms of SMT-LIB over the state and the facts that the checker of certificates knows."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
@@ -36,18 +36,18 @@ from exover.model.wire import Json
 from exover.ocrd.reasons import reasons
 
 Said = str | list[Any]
-"""A formula as a certificate has it: a text about one moment, or an operator and what it is applied to."""
+"""A formula as certificates write it: a term of SMT-LIB about one moment, or a list of an operator and its operands."""
 OPERATORS = {SomeNext: "EX", SomeUntil: "EU", SomeAlways: "EG", Next: "X", Until: "U"}
 FACTS = {"asked": "asked", "launched": "launch", "rejected": "reject", "killed": "kill", "ended": "ended"}
 
 
 class Unsaid(Exception):
-    """The claim cannot be said of the state and the facts; the text says why."""
+    """A claim cannot be expressed over the state and the facts, or no proof of it is found; the text says why."""
 
 
 @dataclass(frozen=True)
 class Statement:
-    """Says claims about one model; `facts`: what they ask of the arguments with which something happened."""
+    """Writes claims about one model; `facts`: their atoms with a condition on the arguments of what happened."""
 
     model: Model
     facts: tuple[Happened, ...] = ()
@@ -73,12 +73,12 @@ class Statement:
 
     @cached_property
     def readings(self) -> dict[str, tuple[str, Type]]:
-        """What stands for each poster, state and latch."""
+        """The term and the type of each poster, state and latch."""
         return {name: (f"reading.{number}", kind) for number, (name, kind) in enumerate(self.index.typed_readings)}
 
     @cached_property
     def levels(self) -> dict[str, str]:
-        """What stands for the level of each consumable."""
+        """The term of the level of each consumable."""
         return {name: f"level.{number}" for number, name in enumerate(self.index.stocks)}
 
     def slots(self, request: str) -> range:
@@ -86,7 +86,7 @@ class Statement:
         return range(self.first_slot[request], self.first_slot[request] + self.model.request[request].instances)
 
     def params(self, request: str, prefix: str, results: bool = False) -> TypedValues[str]:
-        """Return what stands for the parameters of what a slot, a waiting place or the past holds."""
+        """Return the terms `PREFIX.K` of the arguments, or with results, in a slot, a waiting place or the past."""
         declared = self.model.request[request]
         fields = (*declared.params, *(declared.results if results else ()))
         return bound(fields, (f"{prefix}.{k}" for k in range(len(fields))))
@@ -94,13 +94,13 @@ class Statement:
     # ---- claims ----
 
     def claim(self, claim: Claim) -> Json:
-        """Return a claim as docs/certificates.md has it; raises `Unsaid` if it cannot be said."""
+        """Return a claim in the form of docs/certificates.md; raises `Unsaid` if it cannot be expressed."""
         if claim.formula is None:
             raise Unsaid("the claim is not about the runs of one loop")
         return {"formula": self.formula(claim.formula), "fair": claim.fair, "linear": claim.linear}
 
     def formula(self, formula: Formula) -> Said:
-        """Return a formula: what has no temporal operator is one text, the others are lists."""
+        """Return a formula as certificates write it: one term if it has no temporal operator, else a list."""
         if momentary(formula):
             return self.moment(formula)
         match formula:
@@ -120,14 +120,14 @@ class Statement:
                 raise TypeError(formula)
 
     def watched(self) -> list[list[Any]]:
-        """Return what the checker has to watch: facts, their requests, and conditions on the arguments `value.K`."""
+        """Return the entries of `watched`: [fact, number of the request, condition on the arguments `value.K`]."""
         return [[FACTS[each.occurrence], self.request[each.request], self._of(each)] for each in self.facts]
 
     def _of(self, fact: Happened) -> str:
         return self.condition(fact.where, params=self.params(fact.request, "value")) if fact.where else "true"
 
     def moment(self, formula: Formula) -> str:
-        """Return a formula of one moment."""
+        """Return a formula of one moment as a term; raises `Unsaid` if it cannot be expressed."""
         return moment(ConditionText(self, False), ConditionText(self, True), self._happened, formula)
 
     def _happened(self, atom: Happened | Passed) -> str:
@@ -153,18 +153,18 @@ class Statement:
         return disjunction([*(f"named.{number}" for number, reason in known if reason.rule == rule), *tried])
 
     def _only_rejects(self, name: str) -> bool:
-        """Return whether a rule or guard demands nothing but to reject, so that an answer that names it does so."""
+        """Return whether a rule or guard demands nothing but to reject, so that all answers that name it reject."""
         mine = {label for label, _ in demands(self.model).values() if label[1] == name}
         return mine == {("reject", name)} and all(launch.name != name for launch in self.model.launches)
 
     def condition(self, cond: Cond, once_stopped: bool = False, params: TypedValues[str] | None = None) -> str:
-        """Return a condition; `once_stopped`: with the stopping slots as idle; `params`: of its subject."""
+        """Return a condition as a term; `once_stopped`: stopping slots are read as idle; `params`: of its subject."""
         return ConditionText(self, once_stopped).truth(cond, FormulaScope(params or {}))
 
 
 @dataclass(frozen=True)
 class ConditionText(ConditionFormulas[str]):
-    """Conditions as text, in the names that the checker of certificates knows."""
+    """Writes conditions as terms of SMT-LIB over the names that the checker of certificates knows."""
 
     statement: Statement
     once_stopped: bool
@@ -187,7 +187,7 @@ class ConditionText(ConditionFormulas[str]):
         return f"(not {part})"
 
     def held(self, phase: Phase, request: str) -> Iterator[tuple[str, TypedValues[str]]]:
-        """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
+        """Yield for each slot, or for the waiting place, the condition that it is in this phase, and its arguments."""
         said = self.statement
         if phase == "waiting":
             number = said.request[request]
@@ -199,12 +199,12 @@ class ConditionText(ConditionFormulas[str]):
             yield "false" if idle else in_phase(slot, there), said.params(request, f"arg.{slot}")
 
     def past(self, request: str) -> tuple[str, TypedValues[str]]:
-        """Return where there is a past of a request, and its arguments and results."""
+        """Return the condition that a request has a past, and the arguments and results of that."""
         known = f"past.{self.statement.request[request]}"
         return known, self.statement.params(request, known, results=True)
 
     def ended(self, request: str, outcome: int) -> str:
-        """Return where the last instance of a request ended so; the outcome by its number."""
+        """Return the condition that the last instance of a request ended with this outcome, given by its number."""
         return f"(= last.{self.statement.request[request]} {outcome})"
 
     def compared(self, left: str, operator: Operator, right: str) -> str:
@@ -214,16 +214,16 @@ class ConditionText(ConditionFormulas[str]):
         return f"({'=' if operator == '==' else operator} {left} {right})"
 
     def constant(self, kind: Type | None, value: Value) -> str:
-        """Return a value of a type; None: an integer."""
+        """Return the literal of a value of a type; None: an integer."""
         return constant(kind or Int(0, 0), value)
 
     def reading(self, name: str) -> tuple[Type, str]:
-        """Return the type and the value of a poster, state or latch."""
+        """Return the type and the term of a poster, state or latch."""
         text, kind = self.statement.readings[name]
         return kind, text
 
     def level(self, resource: str) -> str:
-        """Return the level of a consumable."""
+        """Return the term of the level of a consumable."""
         return self.statement.levels[resource]
 
     def counted(self, amounts: Sequence[tuple[int, str]]) -> str:
@@ -236,35 +236,35 @@ class ConditionText(ConditionFormulas[str]):
 
 
 def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ...]:
-    """Return what claims and assumptions ask of the arguments with which something happened, each once."""
+    """Return the atoms of claims and assumptions with a condition on the arguments of what happened, each once."""
     said = [claim.formula for claim in claims if claim.formula is not None]
     asked = (atom for formula in (*said, *(each.formula for each in properties.assumptions)) for atom in atoms(formula))
     return tuple(dict.fromkeys(each for each in asked if isinstance(each, Happened) and each.where is not None))
 
 
 def in_phase(slot: int, kind: str) -> str:
-    """Return that a slot is active, running or stopping."""
+    """Return the condition that a slot is active, running or stopping."""
     return f"(not (= phase.{slot} 0))" if kind == "active" else f"(= phase.{slot} {1 if kind == 'running' else 2})"
 
 
 def conjunction(parts: list[str]) -> str:
-    """Return all of the parts."""
+    """Return the conjunction of the parts."""
     return "true" if not parts else parts[0] if len(parts) == 1 else f"(and {' '.join(parts)})"
 
 
 def disjunction(parts: list[str]) -> str:
-    """Return one of the parts."""
+    """Return the disjunction of the parts."""
     return "false" if not parts else parts[0] if len(parts) == 1 else f"(or {' '.join(parts)})"
 
 
 def total(parts: Iterable[str]) -> str:
-    """Return the sum."""
+    """Return the sum of the parts."""
     listed = list(parts)
     return "0" if not listed else listed[0] if len(listed) == 1 else f"(+ {' '.join(listed)})"
 
 
 def constant(kind: Type, value: Value) -> str:
-    """Return a value as SMT-LIB has it: reals are exact fractions."""
+    """Return a value as a literal of SMT-LIB: a real as an exact fraction."""
     if isinstance(kind, Real):
         return numeral(Fraction(value), "Real")
     return numeral(int(value) if isinstance(value, int) else ordinal(kind, value))

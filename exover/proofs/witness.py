@@ -1,4 +1,4 @@
-"""Proofs that one run gives: what some run does from a moment on, it shows (docs/certificates.md)."""
+"""Proofs by one run: it shows that some run does from a moment on what a formula says (docs/certificates.md)."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -24,7 +24,7 @@ SHOWS_NOT = "no run is known that shows it"
 
 @dataclass
 class WitnessProof:
-    """Proves formulas of the moments of a run; `held`: what is known of each moment, the first one included."""
+    """Proves formulas of the moments of a run; `held`: for each moment, the start first, a set that it is in."""
 
     operators: Operators
     trace: Trace
@@ -32,17 +32,17 @@ class WitnessProof:
 
     @cached_property
     def moments(self) -> list[Moment]:
-        """The steps, those that are repeated for ever twice."""
+        """The steps of the run, and those of its loop once more."""
         repeated = () if self.trace.loop_start is None else self.trace.moments[self.trace.loop_start :]
         return [*self.trace.moments, *repeated]
 
     def _at(self, number: int) -> Set:
-        """Return what is known of the moment after so many steps."""
+        """Return the set that is known of the moment after `number` steps."""
         last = len(self.trace.moments)
         return self.held[number if number <= last else number - last + (self.trace.loop_start or 0)]
 
     def prove(self, formula: Formula, positive: bool = True, number: int = 0) -> list[OperatorProof]:
-        """Return proofs that a formula is true, or if not `positive` false, after so many steps.
+        """Return proofs that a formula is true, or if not `positive` false, after `number` steps of the run.
 
         Raises `Unsaid` if there are none, `TooWide` if they need too large sets.
         """
@@ -66,7 +66,7 @@ class WitnessProof:
                 return self._of_all_runs(formula, positive, number)
 
     def _all(self, parts: Sequence[Formula], positive: bool, number: int) -> list[OperatorProof]:
-        """Return proofs of all parts; those of one moment are looked at first."""
+        """Return proofs of all parts; those of one moment are tried first."""
         for part in parts:
             if momentary(part):
                 self._of_all_runs(part, positive, number)
@@ -83,7 +83,7 @@ class WitnessProof:
         raise Unsaid(SHOWS_NOT)
 
     def _of_all_runs(self, formula: Formula, positive: bool, number: int) -> list[OperatorProof]:
-        """Return proofs of what is not about some run, and so not shown by one."""
+        """Return proofs by sets of states, for a formula that this run cannot show."""
         there, true = self._at(number), self.operators.true(formula)
         if there & (~true if positive else true) != self.operators.fixpoints.none:
             raise Unsaid(SHOWS_NOT)
@@ -92,14 +92,14 @@ class WitnessProof:
     # ---- what a run shows ----
 
     def _run(self, start: int, end: int, loop: int | None = None) -> OperatorProof:
-        """Return the proof that the run is from after `start` steps on, to after `end`, and on from `loop` for ever."""
+        """Return the proof by the run from after `start` steps to after `end`; from `loop` on it repeats for ever."""
         if end > len(self.moments):
             raise Unsaid(SHOWS_NOT)
         steps = self.operators.runs.steps(Trace(tuple(self.moments[:end])))
         return {"kind": "run", "steps": steps, "from": start, "loop": loop}
 
     def _shown(self, formula: SomeNext | SomeUntil, number: int) -> list[OperatorProof]:
-        """Return proofs, by what comes later on this run, that some run goes on so."""
+        """Return proofs of an operator that says what some run does, by the steps of this run that follow."""
         match formula:
             case SomeNext(SomeUntil(left, right)):
                 return [None, *self._comes_to(left, right, number, number + 1)]
@@ -113,7 +113,7 @@ class WitnessProof:
                     return self._comes_to(left, right, number, number + 1)
 
     def _comes_to(self, left: Formula, right: Formula, start: int, number: int) -> list[OperatorProof]:
-        """Return proofs of an `until` after `number` steps or later, by the run from `start` on."""
+        """Return proofs that the run from `start` has `right` after `number` steps or more, and `left` until then."""
         between = self.operators.fixpoints.none
         for end in range(number, len(self.moments) + 1):
             try:
