@@ -1,4 +1,4 @@
-"""What is so of all states of a table that runs can come to: formulas, what is invariant, whole steps."""
+"""The checks of formulas on a table: what is invariant, what whole steps keep, what follows from both."""
 
 import json
 import re
@@ -24,9 +24,9 @@ class SolverGaveUp(Exception):
 
 @dataclass
 class Checker:
-    """Checks the proofs about one table; `parts`: what is invariant, once `induction` has returned, and then `keep`.
+    """Checks the proofs about one table; `parts`: the formulas that `induction`, and then `keep`, have proved.
 
-    `watched`: facts, each with a request and a text about the arguments `value.K`, which are asked of as `watched.N`.
+    `watched`: entries [fact, request, formula over the arguments `value.K`]; formulas read entry N as `watched.N`.
     """
 
     table: Table
@@ -52,7 +52,7 @@ class Checker:
         self._vector()
 
     def _vector(self) -> None:
-        """Refuse a table whose vector is not what it counts at first, or is not counted anew when a poster changes."""
+        """Refuse a table with an entry that does not start as what it counts, or misses changes of posters it reads."""
         table, start, now = self.table, TableStep(self.table, self.initial), TableStep(self.table, self.vars)
         for entry, sources in table.counted.items():
             if sources[0][0] == "part":
@@ -71,14 +71,14 @@ class Checker:
                         raise Refused(f"what request {r} counts for is not counted anew when {name} changes")
 
     def _loaded(self, entry: int) -> bool:
-        """Return whether an entry is of arguments: it is loaded before it is tested."""
+        """Return whether an entry depends on arguments of a newcomer, so that it is loaded before it is tested."""
         sources = self.table.counted.get(entry, ())
         return any(isinstance(side, tuple) or (kind == "part" and self._loaded(side)) for kind, side, *_ in sources)
 
     # ---- formulas ----
 
     def formula(self, text: str, more: dict[str, Any] | None = None) -> Any:
-        """Return the formula of a text of SMT-LIB 2 over the state, and names that are known besides."""
+        """Return the formula of a text of SMT-LIB 2 over the state and the names in `more`; `Refused` if it is none."""
         names = {word for word in TOKEN.findall(str(text)) if not WORDS.fullmatch(word)}
         known = self.vars | (more or {})
         if not names <= known.keys():
@@ -90,7 +90,7 @@ class Checker:
         return plain(found)
 
     def _where(self, request: int, text: str) -> Callable[[list[Any]], Any]:
-        """Return what a text says of the arguments of a request."""
+        """Return the function that applies a formula over `value.K` to the arguments of a request."""
         kinds = [getattr(row, "type", None) == REAL for row in self.table.requests[request].params]
         names = {f"value.{k}": (z3().Real if real else z3().Int)(f"value.{k}") for k, real in enumerate(kinds)}
         where = self.formula(text, names)
@@ -99,7 +99,7 @@ class Checker:
         return lambda args: plain(z3().simplify(lifted(self.at(where, dict(zip(names, args, strict=True))))))
 
     def reads(self, expr: Any) -> dict[str, Any]:
-        """Return the names that a formula reads, each with what stands for it."""
+        """Return the names that a formula reads, each with its variable."""
         if not z3().is_expr(expr):
             return {}
         if expr.get_id() not in self._reads:
@@ -115,7 +115,7 @@ class Checker:
         return self._reads[expr.get_id()][1]
 
     def at(self, expr: Any, state: State, names: Iterable[str] | None = None) -> Any:
-        """Return a formula at another moment, where the state is this, at least of these names; others stay."""
+        """Return a formula with the names that it reads, or with `names` alone, replaced by their values in a state."""
         known = self.reads(expr) if names is None else {name: self.vars[name] for name in names}
         changed = [(var, lifted(state[name])) for name, var in known.items() if state.get(name, var) is not var]
         return z3().substitute(expr, *changed) if changed and z3().is_expr(expr) else expr
@@ -125,12 +125,12 @@ class Checker:
         return plain(z3().simplify(lifted(self.at(expr, state)))) is True
 
     def refute(self, what: str, given: list[Any], *parts: Any) -> None:
-        """Raise `Refused` if some state is as all of the parts say, `SolverGaveUp` if that is not known."""
+        """Raise `Refused` if some state satisfies what is given and all of the parts, `SolverGaveUp` if unknown."""
         if self.satisfiable(what, given, *parts):
             raise Refused(what)
 
     def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
-        """Return whether some state is as what is given and all of the parts say."""
+        """Return whether some state satisfies what is given and all of the parts; raises `SolverGaveUp`."""
         whole = conj(*parts)
         if whole is False or (whole is True and not given):
             return bool(whole)
@@ -144,7 +144,7 @@ class Checker:
         return bool(answer == z3().sat)
 
     def solver(self, given: list[Any]) -> Any:
-        """Return a solver that has been told what is given; it is kept, for most is asked of the same."""
+        """Return a solver with what is given as assertions; it is kept for the next question about the same list."""
         if id(given) != id(self._solver[0]):
             solver = z3().SimpleSolver()
             # At Ctrl-C, Z3 would end its search, and keep to itself why.
@@ -156,7 +156,7 @@ class Checker:
     # ---- what is invariant ----
 
     def opened(self, event: Event) -> tuple[Event, Any]:
-        """Return an event with terms for the values of which it has ranges, and that they are in these."""
+        """Return an event with variables in place of ranges, and the condition that each variable is in its range."""
         values, ranges = list(event[3]), [True]
         for k, row in enumerate(event[3]):
             if hasattr(row, "low"):
@@ -165,7 +165,7 @@ class Checker:
         return (*event[:3], values), conj(*ranges)
 
     def event(self, said: Any) -> Event:
-        """Return the event that is said, which must be one of the table; reals are texts of fractions."""
+        """Return an event of a certificate, its reals as fractions; raises `Refused` if the table has no such event."""
         for event in inputs(self.table):
             if list(event[:3]) == said[:3] and len(said) == 4:
                 pairs = list(zip(event[3], said[3], strict=True))
@@ -175,7 +175,7 @@ class Checker:
         raise Refused(f"the table has no event {json.dumps(said)}")
 
     def typed(self) -> list[Any]:
-        """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
+        """Return the formulas that must be invariant of any table: no `fault`, and what is held is in its range."""
         found = [neg(self.vars["fault"])]
         for name, _, row, owner in layout(self.table):
             if row is not None:
@@ -184,7 +184,7 @@ class Checker:
         return found
 
     def operations(self) -> Iterator[tuple[str, Any, TableStep]]:
-        """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
+        """Yield each event and part of a pass: its name, the condition that it happens, and the step from any state."""
         for event, ranges in map(self.opened, inputs(self.table)):
             now = TableStep(self.table, self.vars)
             yield worded(event), conj(now.update(event), ranges), now
@@ -194,7 +194,7 @@ class Checker:
             yield f"{part[0]} {part[1]}", True, now
 
     def induction(self, texts: list[str]) -> None:
-        """Check that the formulas are true at first, and that no event and no part of a pass makes one false."""
+        """Check that the formulas are an inductive invariant: true at first, kept by events and parts of passes."""
         parts = [*self.typed(), *map(self.formula, texts)]
         for part in parts:
             if not self.true(part, self.initial):
@@ -207,11 +207,11 @@ class Checker:
         self.parts = parts
 
     def changed(self, now: TableStep) -> set[str]:
-        """Return the names of the state that a step has not left as they were."""
+        """Return the names of the state that a step may have changed."""
         return {name for name, var in self.vars.items() if now.state[name] is not var}
 
     def _told(self, name: str, parts: list[Any], enabled: Any, now: TableStep, changed: set[str]) -> None:
-        """Check that a rule that would do something was told of a change: the robot does not look at the others."""
+        """Check that a rule that is still stays so, and broken or not, if no entry of which it is told has changed."""
         before, after = TableStep(self.table, self.vars), TableStep(self.table, now.state)
         for number, rule in enumerate(self.table.rules):
             still, wakes = self.still(("rule", number))
@@ -222,7 +222,7 @@ class Checker:
                 self.refute(f"{name} is not told to rule {number}", parts, enabled, still, *same, neg(kept))
 
     def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
-        """Return when a part of a pass changes nothing; on which names that, and whether a rule is broken, depends."""
+        """Return the condition that a part of a pass changes nothing, and the names read by it and by `broken`."""
         if component not in self._still:
             now, (part, number) = TableStep(self.table, self.vars), component
             broken = now.broken(self.table.rules[number]) if part == "rule" else True
@@ -232,7 +232,7 @@ class Checker:
         return self._still[component]
 
     def _idle(self, now: TableStep, before: State) -> Any:
-        """Return when a part of a pass, which ran from the state before, has changed nothing but facts."""
+        """Return the condition that a part of a pass, which ran from the state `before`, changed nothing but facts."""
         changed = (name for name in sorted(now.touched & self.lasting) if now.state[name] is not before[name])
         return conj(*(now.state[name] == before[name] for name in changed))
 
@@ -244,7 +244,7 @@ class Checker:
     # ---- whole steps ----
 
     def keep(self, texts: list[str]) -> None:
-        """Check that formulas are true after every step, if they are after the step before: then they always are."""
+        """Check that formulas are true after every first step, and after each step if they were so before it."""
         kept = conj(*map(self.formula, texts))
         self.parts = [*self.parts, kept]
         for event in inputs(self.table) if texts else ():
@@ -252,9 +252,9 @@ class Checker:
                 self.refute(f"{worded(event)} makes `kept` false", given, enabled, neg(self.at(kept, now.state)))
 
     def steps(self, event: Event) -> list[tuple[list[Any], State, TableStep, Any]]:
-        """Return the whole steps of an event, from the start, and from all moments between steps.
+        """Return the whole steps of an event, one from the start, and one from all moments between steps.
 
-        Each: what is given, the state before, the step, and when it happens and is assumed.
+        Each: what is given, the state before, the step, and the condition that it happens and is assumed.
         """
         key = repr(event)
         if key not in self._steps:
@@ -263,7 +263,7 @@ class Checker:
         return self._steps[key]
 
     def whole(self, event: Event, state: State, given: list[Any]) -> tuple[TableStep, Any]:
-        """Return the whole step of an event, parts of passes run while they may do something, and when it happens."""
+        """Return the whole step of an event from a state, and the condition that it happens and is assumed."""
         event, ranges = self.opened(event)
         now = TableStep(self.table, state)
         enabled = conj(now.update(event), ranges)

@@ -1,4 +1,4 @@
-"""The proof of one claim: sets of moments inside of the claim's parts, or around them (docs/certificates.md)."""
+"""The check of the proof of one claim: bounds on the moments at which its parts are true (docs/certificates.md)."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,8 +12,8 @@ from exover.certificate.term import conj, disj, lifted, neg, z3
 class Proof:
     """A claim and its proof: a part for each temporal operator, in the order of the claim.
 
-    `promises`: the Bools of a linear claim, which say what is true one moment later; `kept`: that those of the moment
-    before are; `constraints`: what a run without end meets again and again, by name.
+    `promises`: the Bools of a linear claim, which say what is true one moment later; `kept`: the conditions that the
+    promises of the moment before are kept; `constraints`: by name, what an infinite run meets again and again.
     """
 
     def __init__(self, checker: Checker, claim: Any, parts: Any) -> None:
@@ -40,7 +40,7 @@ class Proof:
     # ---- moments that a formula is true of: inside it, or around it ----
 
     def bound(self, said: Any, inside: bool) -> Any:
-        """Return a set of moments in all of which a formula is true; or, if not `inside`, in none but which it is."""
+        """Return a set of moments: a subset of those at which a formula is true, or if not `inside` a superset."""
         match said:
             case str():
                 return self.checker.formula(said)
@@ -57,7 +57,7 @@ class Proof:
         raise Refused("the claim is none")
 
     def _promise(self, *parts: Any) -> Any:
-        """Return the truth of `X part`, or of `left U goal`."""
+        """Return the condition that `X part`, or `left U goal`, is true, by a new promise."""
         number = len(self.promises)
         promise, was = z3().Bools(f"promise.{number} was.{number}")
         self.promises.append(promise)
@@ -69,7 +69,7 @@ class Proof:
         return until if left else promise
 
     def _before(self, said: Any, inside: bool) -> tuple[Any, Any]:
-        """Return a bound on the moments with a step to where an operator wants runs to be, and one on the operator."""
+        """Return a bound on the moments with a step to the target of an operator; one on those at which it is true."""
         proof, stay, goal = self.parts.pop(0), False, False
         match said:
             case ["EX", ["EU", *_] as part] if proof is None:
@@ -86,7 +86,7 @@ class Proof:
         return found, disj(goal, conj(stay, found))
 
     def _rule(self, operator: str, inside: bool, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return a bound on the moments with a step to the goal, or to where it can stay and are of the bound again."""
+        """Return the bound N that a proof gives on the moments with a step to `goal`, or to one in `stay` and N."""
         rules: Any = {
             (True, False): {"run": self.run, "layers": self.layers},
             (True, True): {"run": self.lasso},
@@ -101,23 +101,23 @@ class Proof:
     # ---- the rules ----
 
     def _steps(self, event: Event) -> Iterator[tuple[list[Any], State, State, Any]]:
-        """Yield what is given, the moments before and after a step, and when it happens."""
+        """Yield what is given, the moments before and after a step, and the condition that the step happens."""
         for given, before, now, enabled in self.checker.steps(event):
             yield given, before, now.state | self._named("then", "promise"), enabled
 
     def _named(self, now: str, before: str) -> State:
-        """Return what stands for promises, and for those of the moment before."""
+        """Return the variables of the promises of a moment, and of those of the moment before."""
         numbers = range(len(self.promises))
         said = {f"promise.{n}": z3().Bool(f"{now}.{n}") for n in numbers}
         return said | {f"was.{n}": z3().Bool(f"{before}.{n}") for n in numbers}
 
     def invariant(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return nothing: the goal is true of no moment between steps."""
+        """Return the empty set, having checked that the goal is true of no moment after a step."""
         self.checker.refute("it does not follow from what is invariant", self.checker.between, goal)
         return False
 
     def closed(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return states from outside of which no step leads to the goal, or to where one can stay and into them."""
+        """Return a set from outside of which no step leads to the goal, or to a moment in `stay` and the set."""
         states, at = self.checker.formula(proof["states"]), self.checker.at
         for event in inputs(self.checker.table) if states is not True else ():
             for given, before, after, enabled in self._steps(event):
@@ -127,7 +127,7 @@ class Proof:
         return states
 
     def layers(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return all layers, from each of which its event leads to the goal, or to where one can stay and before."""
+        """Return the union of layers: from each its event leads to the goal, or to a layer before within `stay`."""
         found, at = False, self.checker.at
         for number, layer in enumerate(proof["layers"]):
             states, what = self.checker.formula(layer["states"]), f"layer {number} does not lead on"
@@ -141,7 +141,7 @@ class Proof:
         return found
 
     def ranking(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return what is in no layer: runs that stay leave each for one before, as it does not meet a constraint."""
+        """Return what is in no layer: a step within `stay` leads to a layer before, or stays and does not meet `never`."""
         at, promises = self.checker.at, {str(promise): promise for promise in self.promises}
         layers = [(each["never"], self.checker.formula(each["states"], promises)) for each in proof["layers"]]
         for event in inputs(self.checker.table):
@@ -156,17 +156,17 @@ class Proof:
         return neg(disj(*(states for _, states in layers)))
 
     def _meets(self, name: str | None, event: Event) -> Any:
-        """Return when a moment that is left by an event meets a constraint; every one meets none."""
+        """Return the condition that a moment, left by an event, meets a constraint; None is met by every moment."""
         return True if name is None or name == f"{event[0]}ed.{event[1]}" else self.constraints[name]
 
     def run(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return the moment of a run from which it stays where it can until it comes to the goal."""
+        """Return the moment `from` of a run, which ends in the goal and is in the goal or in `stay` between the two."""
         moments, _ = self._moments(proof)
         shown = [self.checker.at(disj(goal, stay), moment) for moment in moments[proof["from"] + 1 : -1]]
         return self._shown(moments[proof["from"]], *shown, self.checker.at(goal, moments[-1]))
 
     def lasso(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return the moment of a run without end that is `first`, stays from there on and meets all constraints."""
+        """Return the moment `from` of a lasso: it is in `first`, all later ones in `stay`; each constraint is met."""
         moments, events = self._moments(proof)
         begin, loop, end = proof["from"], proof["loop"], len(events)
         kept = [name for name in self.checker.vars if name.split(".")[0] not in FORGOTTEN]
@@ -184,7 +184,7 @@ class Proof:
         return self._shown(moments[begin], *shown)
 
     def _shown(self, moment: State, *parts: Any) -> Any:
-        """Return a moment and no other, if all of the parts are so."""
+        """Return the formula of one moment alone; raises `Refused` unless all of the parts are true."""
         if not self.checker.satisfiable("the run shows what it should", [], *parts):
             raise Refused("the run does not show what it should")
         return conj(*(self.checker.vars[name] == lifted(moment[name]) for name in sorted(self.checker.lasting)))
@@ -192,7 +192,7 @@ class Proof:
     # ---- runs ----
 
     def _moments(self, proof: Any) -> tuple[list[State], list[Event]]:
-        """Return the moments of a run, every answer of which is that of the table, and its events."""
+        """Return the moments of a run and its events; raises `Refused` if the table answers otherwise."""
         checker, moments, events = self.checker, [self.checker.initial], []
         for number, said in enumerate(proof["steps"], 1):
             events.append(self.checker.event(said["event"]))

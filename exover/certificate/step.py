@@ -1,7 +1,7 @@
 """What one event does to the state of a table: concretely on numbers, or for all states at once on terms of Z3.
 
-The state is a value for each name of `layout`; some of them are *facts*, which tell what the last step did. Truths and
-numbers that are Python's are computed at once, so that a run needs no solver (docs/certificates.md).
+The state is a value for each name of `layout`; some of them are *facts*, which tell what the last step did. On Python
+values everything is computed at once, so that a run needs no solver (docs/certificates.md).
 """
 
 from collections import namedtuple
@@ -22,11 +22,11 @@ ABOUT = {"ask": "request", "give up": "request", "observe": "variable", "level":
 INFINITE = float("inf")
 Range = namedtuple("Range", "low high")
 Event = tuple[Any, ...]
-"""Its kind, what it is about, the outcome of a report (1 ok, 2 failed, 3 interrupted), its values or their ranges."""
+"""Kind, number of its subject, outcome of a report (1 ok, 2 failed, 3 interrupted; else 0), values or their ranges."""
 
 
 def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
-    """Yield the parts of the state: name, first value, range (None of a truth), and to what each belongs."""
+    """Yield the parts of the state: name, first value, range (None: a Bool), and the name that tells if it is held."""
 
     def held(name: str, rows: list[Any], owner: str) -> Iterator[tuple[str, Any, Any, str]]:
         yield from ((f"{name}.{k}", Fraction(0) if row.type == REAL else 0, row, owner) for k, row in enumerate(rows))
@@ -49,7 +49,7 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
 
 
 def within(row: Any, value: Any) -> Any:
-    """Return whether a value is in a range."""
+    """Return the condition that a value is in a range."""
     return conj(row.low == -INFINITE or row.low <= value, row.high == INFINITE or value <= row.high)
 
 
@@ -66,16 +66,16 @@ def inputs(table: Table) -> Iterator[Event]:
 
 
 def worded(event: Event) -> str:
-    """Return an event in words, for whoever reads why something is refused."""
+    """Return an event in words, for the texts of `Refused`."""
     outcome = ("", ", ok", ", failed", ", interrupted")[event[2]]
     return f"the event `{event[0]}` of {ABOUT.get(event[0], 'slot')} {event[1]}{outcome}"
 
 
 def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
-    """Return by entry of the vector what it is the sum of. All its sources are set at once, or all are counted.
+    """Return by entry of the vector the sources of which it is the sum; more than one are all `count` or all `part`.
 
-    They are a `side` (a name of the state, or a request and the number of an argument), the `order` of a side and
-    others, a `past`, a `count` of slots and places (in which phase, with what arguments), `part`s that are entries.
+    A source is a `side` (a name of the state, or a request and the number of an argument), the `order` of a side and
+    others, a `past`, a `count` of a slot or place (in a phase, with certain arguments), or a `part`, another entry.
     """
     found: dict[int, list[tuple[Any, ...]]] = {}
 
@@ -117,9 +117,9 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
 
 
 class TableStep:
-    """One step under way: the state as it is now, with the facts so far, and the answers, each with its condition.
+    """One step under way: the state now, with the facts so far, and the answers, each with its condition.
 
-    `touched`: what may have changed, once the event is over.
+    `touched`: the names that `put` may have changed.
     """
 
     def __init__(self, table: Table, state: dict[str, Any], answers: Iterable[tuple[Any, Any]] = ()) -> None:
@@ -128,31 +128,31 @@ class TableStep:
     # ---- small changes ----
 
     def put(self, cond: Any, value: Any, *names: str) -> None:
-        """Let parts of the state have this value, if the condition holds."""
+        """Set parts of the state to a value, if the condition holds."""
         for name in names if cond is not False else ():
             self.touched.add(name)
             self.state[name] = ite(cond, value, self.state[name])
 
     def note(self, cond: Any, fact: str, request: int, args: list[Any]) -> None:
-        """Note a fact about a request, if the condition holds, and what is watched of it and true of the arguments."""
+        """Set a fact about a request, if the condition holds, and its `watched.N` that are true of the arguments."""
         self.put(cond, True, f"{fact}.{request}")
         for number, (watched, its, where) in enumerate(self.table.watched):
             if (watched, its) == (fact, request):
                 self.put(conj(cond, where(args)), True, f"watched.{number}")
 
     def say(self, cond: Any, kind: str, request: int, args: list[Any], reason: int, slot: int = NONE) -> None:
-        """Answer about a request with these arguments, if the condition holds; what was answered is a fact."""
+        """Add an answer about a request with these arguments, if the condition holds, and set the facts of it."""
         if cond is not False:
             self.answers.append((cond, (kind, request, slot, reason)))
             self.put(cond, True, *([f"named.{reason}"] if reason >= 0 else []))
             self.note(cond, kind, request, args)
 
     def held(self, name: str, rows: list[Any]) -> Rows:
-        """Return the values in `arg.SLOT`, `held.REQUEST` or `past.REQUEST`, of which these are the records."""
+        """Return the values `NAME.K`, one for each record; `name`: `arg.SLOT`, `held.REQUEST` or `past.REQUEST`."""
         return Rows(self.state[f"{name}.{k}"] for k in range(len(rows)))
 
     def hold(self, cond: Any, name: str, values: list[Any]) -> None:
-        """Let these be the values there, if the condition holds."""
+        """Set `NAME.K` to these values, if the condition holds."""
         for k, value in enumerate(values):
             self.put(cond, value, f"{name}.{k}")
 
@@ -164,7 +164,7 @@ class TableStep:
         return sum(self.source(each, loaded) for each in sources) if sources else self.table.entries[entry].initial
 
     def source(self, source: tuple[Any, ...], loaded: dict[Any, Any]) -> Any:
-        """Return what one of the sources of an entry counts."""
+        """Return the value of one source of an entry."""
         match source:
             case "side", side:
                 return self.state[side] if isinstance(side, str) else loaded[side]
@@ -180,9 +180,9 @@ class TableStep:
                 return ite(there, 1 if weight == NONE else values[weight], 0)
 
     def walk(self, root: int, codes: Collection[int], request: int = NONE, args: Sequence[Any] = ()) -> list[Any]:
-        """Return the action nodes below a root, each with when the path goes through it; their codes are of these.
+        """Return the action nodes below a root, each with the condition that the path goes through it.
 
-        What ends a decision, or says where its newcomer stands, comes before all else on a path.
+        Raises `Refused` for codes that are not in `codes`, and for REJECT, WAIT, CLEAR, SETTLE after another action.
         """
         loaded = {(request, k): value for k, value in enumerate(args)}
         ways: dict[int, tuple[Any, bool]] = {root: (True, False)} if root != NONE else {}
@@ -207,13 +207,13 @@ class TableStep:
         return found
 
     def agrees(self, predicate: int, request: int = NONE, args: Sequence[Any] = ()) -> Any:
-        """Return whether a predicate says `agree`."""
+        """Return the condition that the diagram of a predicate leads to `AGREE`."""
         return predicate == t.ALWAYS or disj(*(on for _, on in self.walk(predicate, (t.AGREE,), request, args)))
 
     # ---- events ----
 
     def update(self, event: Event) -> Any:
-        """Begin a step: nothing has happened in it; then do what the event says, and return whether it can happen."""
+        """Begin a step: clear the facts of the last, do what the event says, return the condition that it happens."""
         kind, number, outcome, values = event
         self.state |= {name: False for name in self.state if name.split(".")[0] in FORGOTTEN}
         there = f"{'place' if kind == 'give up' else 'phase'}.{number}"
@@ -236,7 +236,7 @@ class TableStep:
         return can
 
     def report(self, slot: int, outcome: int, results: list[Any]) -> None:
-        """End a slot: its past, what it gives, its effects, the latches."""
+        """End the instance in a slot: past, outcome, consumables that it produces, effects, latches."""
         request = self.table.owner[slot]
         row, ok = self.table.requests[request], outcome == 1
         args = self.held(f"arg.{slot}", row.params)
@@ -249,7 +249,7 @@ class TableStep:
         self.latch(request if ok else NONE)
 
     def supply(self, cond: Any, request: int, args: list[Any], amounts: Iterable[Any], sign: int) -> None:
-        """Take or give what a launch or an ok does, never above the capacity."""
+        """Take (`sign` -1) or give (1) consumables, never above the capacity; a level below 0 is a `fault`."""
         for amount in amounts if cond is not False else ():
             level, capacity = f"level.{amount.stock}", self.table.stocks[amount.stock].capacity
             more = self.state[level] + sign * amount.amount
@@ -258,18 +258,18 @@ class TableStep:
             self.put(conj(counts, more < 0), True, "fault")
 
     def affect(self, cond: Any, effects: Iterable[Any]) -> None:
-        """Apply effects: what a variable is set to, which past is forgotten."""
+        """Apply effects, if the condition holds: set a variable, or forget a past."""
         for kind, target, value in effects:
             self.put(cond, *{0: (value, f"reading.{target}"), 1: (False, f"past.{target}")}[kind])
 
     def latch(self, reset: int) -> None:
-        """Set and clear the latches after a report ok of `reset`, or something else."""
+        """Set and clear the latches, after a report `ok` of the request `reset`, or NONE."""
         for latch in self.table.latches:
             self.put((reset,) in latch.resets, 0, f"reading.{latch.variable}")
             self.put(self.agrees(latch.condition), 1, f"reading.{latch.variable}")
 
     def kill(self, cond: Any, target: int, reason: int) -> None:
-        """Kill what runs of all slots of a request, or of slot s, given as -1 - s."""
+        """Kill what runs in the slots of a request, or in slot s, given as -1 - s."""
         for slot in self.table.slots(target) if target >= 0 else [-1 - target]:
             request, runs = self.table.owner[slot], conj(cond, self.state[f"phase.{slot}"] == RUNNING)
             row = self.table.requests[request]
@@ -277,23 +277,23 @@ class TableStep:
             self.say(runs, "kill", request, self.held(f"arg.{slot}", row.params), reason, slot - row.slots)
 
     def empty(self, cond: Any, request: int) -> None:
-        """Let nothing stand in a waiting place any more."""
+        """Empty a waiting place, if the condition holds."""
         self.put(cond, EMPTY, f"place.{request}")
         self.put(cond, True, f"left.{request}")
 
     def vacate(self, cond: Any, request: int, reason: int) -> None:
-        """Reject what stands in a waiting place."""
+        """Empty a waiting place and reject what stood there, if the condition holds."""
         self.empty(cond, request)
         self.supersede(cond, request, reason)
 
     def supersede(self, cond: Any, request: int, reason: int) -> None:
-        """Say that what stands in a waiting place is rejected."""
+        """Answer that what stands in a waiting place is rejected, if the condition holds."""
         self.say(cond, "reject", request, self.held(f"held.{request}", self.table.requests[request].params), reason)
 
     # ---- decisions ----
 
     def decide(self, cond: Any, request: int, args: list[Any], reason: int, settling: bool = False) -> None:
-        """Decide on a newcomer, which a launch rule requires if there is a reason; or anew on what stands waiting."""
+        """Decide on a newcomer, if a reason is given for a launch rule; `settling`: anew on what stands waiting."""
         place, fallen, row = f"place.{request}", f"fallen.{request}", self.table.requests[request]
         before, taken = self.state[place], conj(cond, self.state[place] != EMPTY)
         if not settling and not row.interrupts_self:
@@ -324,7 +324,7 @@ class TableStep:
             self.say(conj(goes, on), "wait", request, args, node.bound)
 
     def act(self, cond: Any, node: Any, request: int, args: list[Any], reason: int) -> None:
-        """Do what an action node says; a rejection has been said."""
+        """Do what an action node says, but for a rejection, which is answered already."""
         if node.code in STANDS:
             self.put(cond, WAITING if node.code == -t.WAIT else CLEARING, f"place.{request}")
             self.hold(cond, f"held.{request}", args)
@@ -336,7 +336,7 @@ class TableStep:
             self.launch(cond, request, args, reason)
 
     def conflict(self, row: Any) -> Any:
-        """Return whether a slot of the bit row of a request is active."""
+        """Return the condition that a slot of a request in the bit row is active."""
         others = [16 * each.block + i for each in row.conflicts for i in range(16) if each.mask >> i & 1]
         return disj(*(self.state[f"phase.{s}"] != IDLE for other in others for s in self.table.slots(other)))
 
@@ -376,10 +376,10 @@ class TableStep:
             self.decide(self.state[f"place.{number}"] != EMPTY, number, args, UNSAID, settling=True)
 
     def broken(self, rule: Any) -> Any:
-        """Return whether a rule is violated, with nothing left that restores it."""
+        """Return the condition that the diagram of a rule leads to a violation."""
         return disj(*(on for node, on in self.walk(rule.root, (t.KILL, t.VIOLATION)) if node.code == -t.VIOLATION))
 
     def said(self) -> list[list[Any]]:
-        """Return what a concrete step answers."""
+        """Return the answers of a concrete step, violations last."""
         broken = dict.fromkeys(row.reason for row in self.table.rules if self.broken(row))
         return [list(each) for cond, each in self.answers if cond] + [["violation", NONE, NONE, n] for n in broken]

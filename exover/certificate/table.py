@@ -48,11 +48,11 @@ RANGES = dict(field.split(":") for fields in LAYOUT.values() for field in fields
 
 
 class Refused(Exception):
-    """What is wrong with a table or a certificate; the text tells it to the user."""
+    """A table or a certificate is refused; the text tells the user why."""
 
 
 class Rows(list[Any]):
-    """Records by number; there is none of a negative number, and no range that is not within them."""
+    """Records by number; a number or a range that is not within them raises `Refused`, as does a negative one."""
 
     def __getitem__(self, at: Any) -> Any:
         """Return a record, or those of a range."""
@@ -65,21 +65,21 @@ class Rows(list[Any]):
 class Table(SimpleNamespace):
     """The records, an attribute for each section, with the ranges of records in place of the fields that name them.
 
-    `sha256`, of the bytes as they are where nothing is violated; `spec`, its sha256; `doubles`, and `reals`: these,
-    exact where finite; `words` as in the bytes; `owner`: the request of each slot of all; `watched`: what is asked of
-    the arguments of facts, with which fact and request.
+    `sha256`: of the bytes without the flag `UNCHECKED`; `spec`: the sha256 of the spec; `doubles`: as in the bytes;
+    `reals`: these as fractions where finite; `words`: as in the bytes; `owner`: the request of each slot; `watched`:
+    for each condition on arguments the fact, the request and the condition.
     """
 
     watched: Any = ()
 
     def slots(self, request: int) -> range:
-        """Return the slots of a request among all."""
+        """Return the numbers of a request's slots, which are counted through all requests."""
         row = self.requests[request]
         return range(row.slots, row.slots + row.instances)
 
 
 def decode(data: bytes) -> Table:
-    """Return the table; `Refused` if the bytes are none, or its records do not fit together."""
+    """Return the table in these bytes; raises `Refused` if they are none, or its records do not fit together."""
     at = HEADER.size + 4 * len(LAYOUT) + 4
     if len(data) < at:
         raise Refused("the table is too short")
@@ -98,7 +98,7 @@ def decode(data: bytes) -> Table:
     for (name, row), count in zip(ROWS.items(), counts, strict=True):
         columns = [islice(rest, count * len(row._fields))] * len(row._fields)
         sections[name] = Rows(map(row._make, zip(*columns, strict=True)))
-    for name in sorted(ROWS, key="requests".__eq__):  # last, for they have records that have ranges
+    for name in sorted(ROWS, key="requests".__eq__):  # last: the records in their ranges have ranges themselves
         sections[name] = Rows(_whole(row, sections) for row in sections[name])
     owner = Rows(number for number, row in enumerate(sections["requests"]) for _ in range(row.instances))
     digest = hashlib.sha256(_sealed(data, flags & ~UNCHECKED)).hexdigest()
@@ -109,13 +109,13 @@ def decode(data: bytes) -> Table:
 
 
 def _sealed(data: bytes, flags: int) -> bytes:
-    """Return the bytes with these flags, and the checksum that they have then."""
+    """Return the bytes with these flags and the checksum that belongs to them."""
     head = data[:8] + struct.pack("<I", flags)
     return head + struct.pack("<I", zlib.crc32(data[16:], zlib.crc32(head + bytes(4)))) + data[16:]
 
 
 def _whole(row: Any, sections: dict[str, Rows]) -> Any:
-    """Return a record with the records of its ranges, and with reals where it has their numbers."""
+    """Return a record with the records of its ranges in place of the ranges, and reals in place of their numbers."""
     fields = zip(row._fields, row, row[1:], strict=False)
     found = {field: sections[RANGES[field]][first:end] for field, first, end in fields if field in RANGES}
     if getattr(row, "type", None) == REAL:

@@ -1,4 +1,4 @@
-"""Numbers and truths that are either Python's or terms of Z3: what can be computed at once is."""
+"""Numbers and Booleans that are Python values or terms of Z3: operations on Python values are computed at once."""
 
 from fractions import Fraction
 from typing import Any
@@ -18,7 +18,7 @@ def lifted(value: Any) -> Any:
 
 
 def plain(term: Any) -> Any:
-    """Return a truth of Z3 as Python's, if it is known."""
+    """Return a Boolean constant of Z3 as Python's, and any other term as it is."""
     return True if z3().is_true(term) else False if z3().is_false(term) else term
 
 

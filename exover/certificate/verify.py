@@ -1,4 +1,4 @@
-"""A certificate, finding by finding: what it claims follows from the proof that it gives, or it is refused."""
+"""The check of a certificate, finding by finding: each claim must follow from its proof, or it is refused."""
 
 import json
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from exover.certificate.term import z3
 
 FORMAT = 3
 NAMED = ("spec", "requests", "reasons", "assumptions", "watched")
-"""What of a certificate a spec and its properties decide, beside the claims."""
+"""The keys of a certificate that a spec and its properties determine, as they do the claims."""
 KEYS = {*NAMED, "findings", "tool", "spec_sha256", "table_sha256", "invariant", "kept"}
 FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
@@ -23,14 +23,14 @@ class Unreadable(ValueError):
 
 @dataclass(frozen=True)
 class Verified:
-    """What a certificate says of a table, all of it checked but for what is `unproved`, each with the reason."""
+    """The findings of a certificate: `proved` of the table, and `unproved`, each with the reason that it states."""
 
     proved: tuple[Finding, ...]
     unproved: tuple[tuple[Finding, str], ...]
 
 
 def read(text: bytes) -> dict[str, Any]:
-    """Return the certificate in a file; `Unreadable` if there is none."""
+    """Return the certificate in the bytes of a file; raises `Unreadable` if they are none."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -47,10 +47,10 @@ def read(text: bytes) -> dict[str, Any]:
 
 
 def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | None, seconds: float) -> Verified:
-    """Return what the certificate proves of the table with these bytes; `Refused` if something in it is not so.
+    """Return what the certificate proves of the table with these bytes; raises `Refused` if a check of it fails.
 
-    `expected`: what the spec calls for: the findings with their claims, and what stands under `NAMED`; None if there is
-    no spec to tell. Raises `SolverGaveUp` if the solver needs more than so many seconds for one implication.
+    `expected`: the findings with their claims, and the keys in `NAMED`, as derived from the spec; None if there is no
+    spec. Raises `SolverGaveUp` if the solver needs more than `seconds` for one implication.
     """
     proved, unproved, about = [], [], ""
     try:
@@ -79,7 +79,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
 
 
 def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any]) -> None:
-    """Refuse a certificate that leaves out a finding, or says something else than is expected."""
+    """Refuse a certificate that leaves out a finding, or in which names or claims are not those expected."""
     there, claims = ({(f["check"], f["subject"]): f["claim"] for f in c["findings"]} for c in (certificate, expected))
     requests, reasons = certificate["requests"], certificate["reasons"]
     if len(there) != len(certificate["findings"]):
