@@ -1,7 +1,7 @@
-"""What single events cost by themselves, and what they may change: walks by their longest path, read from the tables.
+"""What each event costs by itself, and which quantities it may change; a walk costs the longest path of its diagram.
 
-A *move* is a quantity that gets more (its number) or less (its number, inverted by `~`). Quantities are the entries of
-the state vector, then for every request how many of its slots run.
+A *move* is a quantity q that increases (written `q`) or decreases (`~q`). Quantities are numbered: the entries of the
+state vector, then for every request how many of its slots run.
 """
 
 from collections.abc import Iterable
@@ -16,9 +16,9 @@ from exover.ocrd.tables import NONE, RequestRow, Tables
 
 @dataclass(slots=True)
 class Doing:
-    """What an event does itself, before any pass: tests, answers, and the moves that it may make.
+    """What an event does itself, before any pass: at most so many tests and answers, and the moves that it may make.
 
-    Neither counts the kills of `slots`, or what leaves `places`, waiting places of others.
+    Tests and answers do not count the kills of `slots`, and what leaves `places`, which are waiting places of others.
     """
 
     tests: int = 0
@@ -34,13 +34,13 @@ Phase = Literal["running", "stopping", "waiting", "clearing"]
 
 @dataclass
 class Costs:
-    """What single walks and updates cost, and what they write."""
+    """Upper bounds of the tests of single walks and updates, and the moves that they make."""
 
     tables: Tables
 
     @cached_property
     def tests(self) -> list[int]:
-        """The most tests on a path from each node; the last element is that of the end of a path."""
+        """The most tests on a path from each node; the last element, for index NONE, is 0."""
         found = [0] * (len(self.tables.nodes) + 1)
         for index in range(len(self.tables.nodes) - 1, -1, -1):
             node = self.tables.nodes[index]
@@ -48,14 +48,14 @@ class Costs:
         return found
 
     def walk(self, node: int) -> int:
-        """Return the most tests of a walk; what is always true takes none."""
+        """Return the most tests of a walk from a node; 0 for NONE and ALWAYS."""
         return self.tests[node] if node >= 0 else 0
 
     def running(self, request: int) -> int:
-        """Return the quantity that stands for how many slots of a request run."""
+        """Return the number of the quantity that counts the running slots of a request."""
         return len(self.tables.entries) + request
 
-    # ---- counting slots and places in or out ----
+    # ---- counting slots and waiting places in or out ----
 
     @cached_property
     def slot(self) -> list[int]:
@@ -68,7 +68,7 @@ class Costs:
         return [self._counting(row, slots=False) for row in self.tables.requests]
 
     def _counting(self, row: RequestRow, slots: bool) -> int:
-        """Return the tests of features of all slots, and of those of the slot that has most of its own."""
+        """Return the tests of the features of any slot, and with `slots` the most that features of one slot add."""
         own: dict[int, int] = {NONE: 0}
         for feature in self.tables.features[row.features : row.features_end]:
             own[feature.slot] = own.get(feature.slot, 0) + self.walk(feature.predicate)
@@ -77,7 +77,7 @@ class Costs:
     def turn(self, request: int, before: Phase | None, after: Phase | None) -> set[int]:
         """Return the moves when a slot or the waiting place goes from one phase to another; None: idle, or empty.
 
-        What counts both phases alike stays as it is.
+        An entry that counts both phases alike makes no move.
         """
         found: set[int] = set()
         row = self.tables.requests[request]
@@ -94,7 +94,7 @@ class Costs:
         return found
 
     def _weights(self, row: RequestRow, feature: t.FeatureRow) -> tuple[int, int]:
-        """Return the least and the greatest that a slot counts for."""
+        """Return the least and the greatest amount that a slot adds to an entry of a feature."""
         if feature.weight == NONE:
             return 1, 1
         param = self.tables.params[row.params + feature.weight]
@@ -123,10 +123,10 @@ class Costs:
         """Return all moves of entries and of the sums of which they are part."""
         return {move for entry in entries for other, _ in self._sums(entry) for move in (other, ~other)}
 
-    # ---- rules that are looked at ----
+    # ---- rules that are walked again ----
 
     def looking(self, moves: Iterable[int]) -> int:
-        """Return the tests of the rules that are looked at after these moves."""
+        """Return the tests of the rules that must be walked again after these moves."""
         entries = {move if move >= 0 else ~move for move in moves}
         rows = [self.tables.entries[entry] for entry in entries if entry < len(self.tables.entries)]
         rules = {rule for row in rows for rule in self.tables.lists[row.rules : row.rules_end]}
@@ -134,13 +134,13 @@ class Costs:
 
     @cached_property
     def killing(self) -> list[int]:
-        """By request the tests of killing a slot, rules that are looked at then included."""
+        """By request the tests of killing a slot, with those of the rules that are walked again then."""
         every = [self.kill(request) for request in range(len(self.tables.requests))]
         return [doing.tests + self.looking(doing.moves) for doing in every]
 
     @cached_property
     def leaving(self) -> list[int]:
-        """By request the tests of leaving the waiting place, rules that are looked at then included."""
+        """By request the tests of leaving the waiting place, with those of the rules that are walked again then."""
         requests = range(len(self.tables.requests))
         return [self.place[request] + self.looking(self.placed(request)) for request in requests]
 
@@ -156,7 +156,7 @@ class Costs:
         return found
 
     def decision(self, request: int) -> Doing:
-        """Return the moves of deciding on a request and doing what is decided, and the tests of both but for kills."""
+        """Return the cost of deciding on a request and doing what is decided, but for the tests of kills."""
         row = self.tables.requests[request]
         found = self.launch(request)
         found.tests += self.walk(row.decide)
@@ -172,7 +172,7 @@ class Costs:
         return found
 
     def codes(self, root: int) -> set[int]:
-        """Return the actions that a diagram comes to."""
+        """Return the codes of the actions in a diagram."""
         nodes = self.tables.nodes
         return {-nodes[index].code for index in self.tables.below(root) if nodes[index].code < 0}
 
@@ -204,7 +204,7 @@ class Costs:
         return found
 
     def _read(self, variable: int) -> Doing:
-        """Return what a new value of a variable costs: slots are counted out and in whose features read it."""
+        """Return the cost of a new value of a variable: slots whose features read it are counted out and in again."""
         row = self.tables.variables[variable]
         found = Doing(moves=self._any([row.value, row.rank]))
         found.moves |= self._any(order.entry for order in self.tables.orders[row.orders : row.orders_end])
@@ -217,7 +217,7 @@ class Costs:
 
     @cached_property
     def latches(self) -> Doing:
-        """What looking at all latches costs."""
+        """The cost of walking the conditions of all latches and setting them."""
         found = Doing()
         for latch in self.tables.latches:
             one = self._read(latch.variable)

@@ -1,9 +1,9 @@
-"""How many tests, answers and passes one event can cost: upper bounds for each event, found on the tables alone.
+"""Worst-case bounds of each event, by static analysis of the tables: how many tests, answers and passes it can cost.
 
-An event costs what it does itself (costs.py), and the actions that it wakes, in as many passes as they take
-(settling.py). Walks cost their longest path. Diagrams have no test whose answer follows from those above it
-(exover/ocrd/forest.py), so these paths are those of consistent states as far as bounds of counters tell. Nothing looks
-for a reachable state that takes them all: the figures are upper bounds.
+An event costs what it does itself (costs.py) and the actions that it wakes, in as many passes as they take
+(settling.py). A walk costs the longest path of its diagram. Diagrams have no test whose answer follows from those above
+it (exover/ocrd/forest.py), so each path belongs to a consistent state, as far as the bounds of counters tell. Whether
+one reachable state takes all the longest paths is not asked: the figures are upper bounds.
 """
 
 from functools import cached_property
@@ -15,12 +15,12 @@ from exover.ocrd import tables as t
 from exover.ocrd.tables import Tables
 
 TABLES = "the longest paths of the tables"
-"""How bounds are found that are read from the tables alone."""
+"""The method of bounds that are found on the tables alone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What an event does not exceed: tests `v[i] <= k`, answers, and passes of steps 3 to 5."""
+    """The worst case of an event: the most tests `v[i] <= k`, answers, and passes of steps 3 to 5."""
 
     tests: int
     answers: int
@@ -29,13 +29,13 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class EventBounds:
-    """The bounds of every event: by request, by variable (those of posters count), by consumable."""
+    """The bounds of every event: by request, by variable (only posters are observed), by consumable."""
 
     asks: tuple[Bound, ...]
     reports: tuple[Bound, ...]
     aborts: tuple[Bound, ...]
     withdrawals: tuple[Bound, ...]
-    """Of aborts of what waits."""
+    """Of aborts of waiting requests, by request."""
     readings: tuple[Bound, ...]
     levels: tuple[Bound, ...]
     method: str = TABLES
@@ -50,7 +50,7 @@ class EventBounds:
 
 
 def bounds(tables: Tables, passes: int | None = None) -> EventBounds:
-    """Return the bounds of every event; `passes`: more than so many are known not to be taken by any."""
+    """Return the bounds of every event; `passes`: a number of passes that no event is known to exceed."""
     cost = Costs(tables)
     whole = _Bounding(tables, cost, Settling(tables, cost), passes)
     requests = range(len(tables.requests))
@@ -67,7 +67,7 @@ def bounds(tables: Tables, passes: int | None = None) -> EventBounds:
 
 @dataclass
 class _Bounding:
-    """What is the same for every event."""
+    """What the bounds of all events have in common; `most`: passes that no event exceeds, if known."""
 
     tables: Tables
     cost: Costs
@@ -77,7 +77,7 @@ class _Bounding:
     def bound(self, doing: Doing) -> Bound:
         """Return the bound of an event.
 
-        In the first step of all every rule is looked at once; else those that its moves are told to.
+        The first step of a run walks every rule once, a later one those of which its moves may change an entry.
         """
         rows, cost = self.tables, self.cost
         passes, reached = self.settling.woken(doing.moves)
@@ -93,16 +93,16 @@ class _Bounding:
 
     @cached_property
     def repeated(self) -> int:
-        """The tests of each pass: waiting places are decided again, launches that were not tried asked whether due."""
+        """The tests of each pass: waiting requests are decided again, and the conditions of launch rules are walked."""
         found = sum(self.cost.walk(self.tables.requests[request].decide) for request in self.settling.waiting)
         return found + sum(self.cost.walk(launch.condition) for launch in self.tables.launches)
 
     @cached_property
     def rules(self) -> int:
-        """The tests of looking at every rule once."""
+        """The tests of walking every rule once."""
         return sum(self.cost.walk(rule.root) for rule in self.tables.rules)
 
     @cached_property
     def violations(self) -> int:
-        """How many reasons can be told to be broken."""
+        """How many violations one answer can have: the reasons of rules that may raise one."""
         return len({rule.reason for rule in self.tables.rules if t.VIOLATION in self.cost.codes(rule.root)})

@@ -1,13 +1,13 @@
-"""What a pass of steps 3 to 5 may do, and what wakes what: how many passes a step takes at most.
+"""A bound on the passes of a step: which actions of steps 3 to 5 may wake each other, and the longest chain of these.
 
 A pass restores rules, tries required launches, and decides again on what waits, in this order. Its *actions* are: to
 kill for a rule; to try a launch; to empty a waiting place, to turn it between waiting and clearing, to kill for what
-waits there. Between steps none is left to be done. So an action is done only after a move (costs.py) that *wakes* it:
-a move that may turn a walk to a path that comes to the action. An event wakes the actions that its moves wake, and
-these wake others by their own moves. Besides, each step tries required launches anew, and what fell from clearing to
-waiting may clear again: these actions are *spontaneous*.
+waits there. Between steps none of them is due. So an action is done only after a move (costs.py) that *wakes* it: a
+move that may turn a walk to a path that leads to the action. An event wakes the actions that its moves wake, and these
+wake others by their own moves. Besides, each step tries required launches anew, and what fell from clearing to waiting
+may clear again: these actions are *spontaneous*.
 
-An action is done only so often in a step: a slot is killed once, a launch is tried once, a waiting place is emptied
+An action is done a bounded number of times in a step: a slot is killed once, a launch is tried once, a place is emptied
 once for each time that it is taken, and it clears and falls once each. The cause of an action is an action before it
 in the same pass, or one in the pass before. So the longest chain of causes bounds the passes. Actions that may wake
 each other are a strongly connected component of the relation "wakes". In a component each time that an action is done
@@ -28,7 +28,7 @@ from exover.ocrd.tables import NONE, Tables
 
 @dataclass(frozen=True, slots=True)
 class PassAction:
-    """Something that a pass may do `times` in one step: the moves that wake it and that it makes, and what it costs."""
+    """An action that a step does at most `times`: the moves that wake it and that it makes, and its cost in a step."""
 
     position: int
     """Where it stands in a pass: rules, then launches, then requests."""
@@ -36,11 +36,11 @@ class PassAction:
     woken_by: frozenset[int]
     moves: frozenset[int]
     answers: int = 0
-    """But for those to whom kills, and what leaves a waiting place, are told."""
+    """Answers, but for kills and for what leaves a waiting place."""
     tests: int = 0
-    """But for kills, and for what leaves a waiting place."""
+    """Tests, but for kills and for what leaves a waiting place."""
     slots: frozenset[int] = frozenset()
-    """Those that it may kill."""
+    """The slots that it may kill."""
     places: frozenset[int] = frozenset()
     """The waiting places that it may empty."""
     spontaneous: bool = False
@@ -49,7 +49,7 @@ class PassAction:
 
 @dataclass(frozen=True, slots=True)
 class StrongComponent:
-    """Actions that may wake each other, or one alone: all that they may do in one step, and in how many passes."""
+    """A strongly connected component of actions that may wake each other: their cost in one step, and their passes."""
 
     passes: int
     answers: int
@@ -71,7 +71,7 @@ class Settling:
     cost: Costs
 
     def woken(self, moves: Iterable[int]) -> tuple[int, list[StrongComponent]]:
-        """Return the last pass in which something may change after these moves, 0 for none, and all that is woken."""
+        """Return the last pass in which something may change after these moves, 0 for none, and what is woken."""
         pass_of = {component: 1 for move in moves for component in self._woken.get(move, ())}
         pass_of |= dict.fromkeys(self._spontaneous, 1)
         pending, last, reached = [-number for number in pass_of], 0, []
@@ -96,7 +96,7 @@ class Settling:
         return [r for r, row in rows if self.cost.codes(row.decide) & {t.WAIT, t.CLEAR, t.SETTLE}]
 
     def taken(self, request: int) -> int:
-        """Return how often a waiting place can be left in one step: what stood there, and what launches put there."""
+        """Return how often a waiting place can be left in a step: once, and once more for each launch rule of it."""
         return 1 + self._required.get(request, 0)
 
     @cached_property
@@ -117,7 +117,7 @@ class Settling:
         return [*found, *(action for request in self.waiting for action in self._place(request))]
 
     def _kills(self, position: int, root: int, spontaneous: bool = False) -> PassAction:
-        """Return the kills of a diagram; a slot that starts to run wakes them too."""
+        """Return the action of the kills of a diagram; a slot that starts to run wakes it too."""
         killed = self.cost.killed(root)
         slots = frozenset().union(*killed.values())
         moves = frozenset(move for request in killed for move in self.cost.kill(request).moves)
@@ -125,7 +125,7 @@ class Settling:
         return PassAction(position, len(slots), woken_by, moves, slots=slots, spontaneous=spontaneous)
 
     def _launch(self, position: int, launch: t.LaunchRow) -> PassAction:
-        """Return the trial of a required launch: it is answered, and what waited may be superseded."""
+        """Return the action of a required launch: one answer, and one more if what waited may be superseded."""
         request = launch.request
         doing, answers = self.cost.decision(request), 1 + self.tables.requests[request].interrupts_self
         tests = doing.tests + 2 * self.cost.place[request] + self.cost.looking(doing.moves)
@@ -133,7 +133,7 @@ class Settling:
         return PassAction(position, 1, woken_by, moves, answers, tests, doing.slots, doing.places, spontaneous=True)
 
     def _place(self, request: int) -> Iterator[PassAction]:
-        """Yield what becomes of a waiting place."""
+        """Yield the actions on a waiting place: to empty it, to turn it between its phases, to kill for it."""
         cost, decide, taken = self.cost, self.tables.requests[request].decide, self.taken(request)
         position, codes = len(self.tables.rules) + len(self.tables.launches) + request, cost.codes(decide)
         turns = t.WAIT in codes and bool(codes & {t.CLEAR, t.SETTLE})
@@ -153,7 +153,7 @@ class Settling:
             yield self._kills(position, decide, turns)
 
     def _moves_to(self, root: int, codes: set[int]) -> frozenset[int]:
-        """Return the moves that may turn a walk to a path that comes to one of these actions."""
+        """Return the moves that may turn a walk to a path that leads to one of these actions."""
         nodes, leads, found = self.tables.nodes, {NONE: False}, set()
         for index in reversed(self.tables.below(root)):
             node = nodes[index]
@@ -169,7 +169,7 @@ class Settling:
 
     @cached_property
     def _components(self) -> list[StrongComponent]:
-        """The components, each after all that it wakes."""
+        """The components by number, each behind all that it wakes."""
         members: list[list[PassAction]] = [[] for _ in range(1 + max(self._component_of, default=-1))]
         makers: dict[int, set[int]] = {}
         for action, number in zip(self._actions, self._component_of, strict=True):
@@ -210,7 +210,7 @@ class Settling:
 
 
 def _joined(actions: Sequence[PassAction]) -> StrongComponent:
-    """Return what actions do together; one that does not wake itself is done in one pass for all that has woken it."""
+    """Return the component of these actions; one action that does not wake itself takes a single pass."""
     wakes = len(actions) > 1 or bool(actions[0].woken_by & actions[0].moves)
     positions = [action.position for action in actions]
     return StrongComponent(
@@ -225,7 +225,7 @@ def _joined(actions: Sequence[PassAction]) -> StrongComponent:
 
 
 def components(following: Sequence[Sequence[int]]) -> list[int]:
-    """Return by node the number of its strongly connected component, smaller than of those that lead to it.
+    """Return by node the number of its strongly connected component, smaller than those of components that lead to it.
 
     Depth-first search (Tarjan 1972) with a stack of its own.
     """

@@ -1,4 +1,4 @@
-"""How much the emitted checker takes: bytes of tables, memory and stack, and most tests and actions of one event.
+"""What the emitted checker takes: bytes of tables, memory and stack, and worst-case bounds of one event.
 
 The layout of the memory is that of `lay_out` and `place` in exover.c; the C runtime refuses a memory that is smaller.
 """
@@ -13,9 +13,9 @@ from exover.ocrd.tables import ALWAYS, BLOCK, CLEAR, KILL, NONE, SETTLE, WAIT, T
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
 STACK, STACK_PLAIN, PLAIN_USES = 1320, 528, 0x1CDC027
-"""Most bytes of stack as `make targets` measures them: for any spec; for one slot each and no sections but these."""
+"""Most bytes of stack as `make targets` measures them: of any spec; of one slot each and `uses` within PLAIN_USES."""
 SCRUB = 4
-"""Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
+"""Bytes of the tables that each step adds to a running checksum: `EXOVER_SCRUB` of exover.h."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,17 +27,17 @@ class Sizes:
     ram: int
     """Bytes of the memory that `exover_load` demands."""
     tests: int
-    """No event takes more tests `v[i] <= k`."""
+    """The most tests `v[i] <= k` of an event."""
     actions: int
-    """No event has more answers."""
+    """The most answers of an event."""
     passes: int
-    """No event repeats steps 3 to 5 more often."""
+    """The most passes of steps 3 to 5 of an event."""
     stack: int
-    """Bytes that no call takes on the reference target (`STACK_TARGET`)."""
+    """The most bytes of stack of a call on the reference target (`STACK_TARGET`)."""
 
 
 def sizes(tables: Tables, most: EventBounds | None = None) -> Sizes:
-    """Return all figures of the tables; `most`: the bounds of events, if more is known than the tables tell."""
+    """Return all figures of the tables; `most`: tighter bounds of events, if known, than those of the tables alone."""
     worst = (most or bounds(tables)).worst
     return Sizes(len(pack(tables)), ram_bytes(tables), worst.tests, worst.answers, worst.passes, stack_bytes(tables))
 
@@ -65,7 +65,7 @@ def state_bytes(tables: Tables) -> int:
 
 
 def actions_per_event(tables: Tables) -> int:
-    """Return the answers of one event for which there is room: more than any needs, and known without a diagram.
+    """Return the answers of one event for which memory is reserved: an upper bound that needs no diagram.
 
     A slot is launched and killed at most once each; what waits is rejected at most once; the ask of the event and that
     of each required launch give two more at most, and take a waiting place that may be emptied again.
@@ -90,7 +90,7 @@ def plain(tables: Tables) -> bool:
 
 
 def stack_bytes(tables: Tables) -> int:
-    """Return how much stack no call takes on the reference target: less for mutexes of requests with one slot each."""
+    """Return the most bytes of stack of a call on the reference target: fewer for mutexes of requests of one slot."""
     single = slot_count(tables) == len(tables.requests)
     return STACK_PLAIN if single and plain(tables) and not uses(tables) & ~PLAIN_USES else STACK
 
@@ -152,9 +152,9 @@ def record_bytes(tables: Tables) -> int:
 
 
 def scrub_steps(tables: Tables) -> int:
-    """Return within how many steps any bit of the tables or of what is remembered that has changed is found.
+    """Return the number of steps within which a changed bit of the tables or of the state is found.
 
-    The checksum is compared in one step more when all tables were passed, and a bit may change just after it was.
+    A whole pass takes one step more, which compares the checksum; a bit may change just after it was read, so twice.
     """
     *_, cells, _, values, _, _, _ = shape(tables)
     return 2 * max(len(pack(tables)) // SCRUB + 1, cells + values + 1) + 1

@@ -141,7 +141,7 @@ class Proof:
         return found
 
     def ranking(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
-        """Return what is in no layer: a step within `stay` leads to a layer before, or stays and does not meet `never`."""
+        """Return what is in no layer: steps within `stay` lead to a layer before, or stay and do not meet `never`."""
         at, promises = self.checker.at, {str(promise): promise for promise in self.promises}
         layers = [(each["never"], self.checker.formula(each["states"], promises)) for each in proof["layers"]]
         for event in inputs(self.checker.table):

@@ -128,7 +128,7 @@ class CertificateProver:
         return {text: formula for text, formula in goals.items() if not never(self.checker, text)}
 
     def _candidates(self) -> Iterator[str]:
-        """Yield candidates for the invariant: no broken rule, launches as required, nothing waits, no goal of a claim."""
+        """Yield candidates for the invariant: no broken rule, launches as required, nothing waits, no goal reached."""
         model, statement = self.compiled.model, self.statement
         for rule in model.rules:
             yield from (f"(not {statement.moment(Broken(rule, once_stopped))})" for once_stopped in (False, True))

@@ -104,7 +104,7 @@ class Sets:
                 raise Unsaid("a set tells states apart by what a step remembers")
 
     def _order(self, request: int, held: str, absent: str, which: int, value: int) -> str:
-        """Return the condition that an argument compares with a poster as `ordered` says; 0: also that there is none."""
+        """Return the condition that an argument compares with a poster as `ordered` says; 0: or that there is none."""
         order = self.space.loop.arguments[request].poster_orders[which]
         found = ordered(f"{held}.{order.left}", f"reading.{-1 - order.right}", value)
         return disjunction([absent, found]) if value == 0 else conjunction([f"(not {absent})", found])
