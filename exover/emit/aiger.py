@@ -27,7 +27,7 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
 UNSETTLED = "unsettled"
-"""The bad state on which all others rest."""
+"""The name of the bad state that must be unreachable for any other answer to count."""
 NOT_ASKED = "not asked: it is about what stays possible, or compares two things"
 HEAD = (
     "The closed loop of {name}: a step is an event with all its settling; inputs that are no event change nothing.",
@@ -40,14 +40,14 @@ Asked = Reach | LassoQuestion
 
 @dataclass
 class Asking:
-    """The bad states and the questions about endless runs, by name, and what is to be said of findings."""
+    """The questions to be written: bad states and infinite runs by name, and for each finding a line of comment."""
 
     bad: dict[str, Literal]
     endless: dict[str, LassoQuestion] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
 
     def ask(self, claim: Claim, question: RunQuestion) -> None:
-        """Add what is asked for a claim, and the line that says what the answers mean."""
+        """Add the questions of a claim, and the line that says how their answers decide it."""
         name = f"{claim.check}.{claim.subject}".replace(" ", "-")
         if _is_beyond(question):
             self.lines.append(f"{name}: {NOT_ASKED}")
@@ -64,10 +64,10 @@ class Asking:
 
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
-    """Return `name.aig` with a bad state for each finding about reaching a moment, and `name.live.aig` with a justice
-    property for each about endless runs, if there are any; both in the binary form.
+    """Return `name.aig` with a bad state for each finding about reachable moments, and, if any is about infinite runs,
+    `name.live.aig` with a justice property for each of those; both in the binary form.
 
-    They are two files, since many programs, ABC among them, read none with justice properties.
+    They are two files, since many programs, ABC among them, read no file with justice properties.
     """
     encoding = Encoding(compiled, properties)
     questions, asking = Questions(encoding), Asking({UNSETTLED: encoding.unsettled})
@@ -90,7 +90,7 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], na
 
 
 def _is_beyond(question: RunQuestion) -> bool:
-    """Return whether it is not all about single runs."""
+    """Return whether some part of a question is not about single runs."""
     match question:
         case Denied(part):
             return _is_beyond(part)
@@ -122,8 +122,8 @@ def _said(question: RunQuestion, names: Mapping[Asked, str]) -> str:
 
 
 def _inputs(encoding: Encoding) -> tuple[str, ...]:
-    """Return the names of the inputs: the bits of the event's number, those of what comes with it, of grids, and what
-    is guessed of endless runs."""
+    """Return the names of the inputs: bits of the event's number, of places on grids, of the values of the event, and
+    of what is guessed of infinite runs."""
     names = {node: f"event[{place}]" for place, node in enumerate(encoding.code)}
     names |= {node: f"place[{place}]" for place, node in enumerate(encoding.shifts)}
     names |= {node: f"given[{node}]" for node in encoding.given if node not in names}
@@ -131,7 +131,7 @@ def _inputs(encoding: Encoding) -> tuple[str, ...]:
 
 
 def _latches(encoding: Encoding) -> tuple[str, ...]:
-    """Return the names of the latches: of a variable of several bits each with its place, the lowest first."""
+    """Return the names of the latches: of a variable with several bits, its name with the place of the bit, lowest 0."""
     names: dict[int, str] = {}
     for variable, bits in encoding.latches.literals.items():
         for place, bit in enumerate(bits):

@@ -1,4 +1,4 @@
-"""A file that is to be written."""
+"""An artefact: a file that is to be written."""
 
 from exover.dataclass import dataclass
 

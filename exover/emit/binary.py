@@ -1,4 +1,4 @@
-"""The tables as bytes, the same as in every other form (docs/runtime.md)."""
+"""The tables as bytes, the same bytes that every other form has (docs/runtime.md)."""
 
 from exover.emit.artefact import Artefact
 from exover.ocrd.packing import pack

@@ -6,7 +6,7 @@ from exover import __version__
 
 CMAKE = "CMakeLists.txt"
 MARK = "# Written by `exover emit`"
-"""How a CMakeLists.txt begins that is ours to replace."""
+"""The first text of a CMakeLists.txt that exover has written and may replace."""
 
 PROJECT = """@MARK@: what a host links is exover::NAME, for each spec in this folder.
 cmake_minimum_required(VERSION 3.15)
@@ -52,12 +52,12 @@ Libs: -L${libdir} -lexover_@NAME@
 
 
 def cmake(names: Sequence[str]) -> str:
-    """Return CMakeLists.txt: a target `exover::NAME` for each spec of the folder, for a host above it, or installed."""
+    """Return CMakeLists.txt, with a target `exover::NAME` for each spec, to be included by a host or installed."""
     return _common(PROJECT).replace("@FIRST@", names[0]).replace("@NAMES@", " ".join(names))
 
 
 def pkgconfig(name: str) -> str:
-    """Return the pkg-config module of a spec: where its files are; CMake installs it with folders of its own."""
+    """Return the pkg-config module of a spec for the folder in which it is; CMake replaces the folders on install."""
     return _common(MODULE).replace("@NAME@", name)
 
 

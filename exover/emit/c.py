@@ -1,4 +1,4 @@
-"""The tables as C sources, for the runtime that is copied beside them. Data first, text last."""
+"""The tables as C sources, with the C runtime, which is copied beside them."""
 
 import struct
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,16 +31,16 @@ RUNTIME = ("exover.h", "exover.c", "exover_form.h", "exover_resume.h")
 BOX = ("exover_box.h", "exover_box.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
 LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}
-"""The one number of each width that C cannot write as it is."""
+"""By width, the least number, which C has no literal for."""
 
 
 def emit(
     model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = (), most: EventBounds | None = None
 ) -> tuple[Artefact, ...]:
-    """Return the tables, the typed API, the names, the configuration, the runtime, and what build systems read.
+    """Return the tables, the typed API, the names, the configuration, the runtime, and the files for build systems.
 
-    The configuration, the runtime and CMakeLists.txt also serve the tables that stand `beside`, in the same folder.
-    `most`: the bounds of events, if more is known than the tables tell.
+    The configuration, the runtime and CMakeLists.txt also serve the tables `beside`, which are in the same folder.
+    `most`: tighter bounds of events, if known, than those of the tables alone.
     """
     most = most or bounds(tables)
     return (
@@ -58,7 +58,7 @@ def emit(
 def emit_tables(
     model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = (), most: EventBounds | None = None
 ) -> tuple[Artefact, ...]:
-    """Return what runs without names and typed API."""
+    """Return the tables, the configuration and the runtime, which run without names and typed API."""
     figures = sizes(tables, most)
     return (
         Artefact(f"{name}_tables.h", _header(model, tables, name, figures).encode()),
@@ -111,7 +111,7 @@ def _figures(tables: Tables, name: str, figures: Sizes) -> Iterator[tuple[str, i
 
 
 def _stack(macro: str, most: int) -> Iterator[str]:
-    """Yield the stack of a call: less than for any tables only if the runtime is compiled for these alone."""
+    """Yield the macro of the stack of a call: `most` if the runtime is compiled for these tables alone, else STACK."""
     about = f"that no call exceeds with {STACK_TARGET}"
     if most == STACK:
         yield f"#define {macro} {most} /* {about} */"

@@ -1,4 +1,4 @@
-"""What stands around the declarations of every emitted C header: its guard, what it includes, and C linkage in C++."""
+"""The frame of every emitted C header: include guard, includes, and C linkage in C++."""
 
 from collections.abc import Iterable
 
@@ -9,9 +9,9 @@ CLOSED = ("#ifdef __cplusplus", "}", "#endif")
 def header(
     about: Iterable[str], guard: str, includes: Iterable[str], declarations: Iterable[str], before: Iterable[str] = ()
 ) -> str:
-    """Return the text of a header: a comment, then the declarations, which have C linkage in a C++ compiler, too.
+    """Return the text of a header: a comment, the guard, the includes, and the declarations, with C linkage in C++ too.
 
-    What stands `before` them, behind what is included, is for the preprocessor alone.
+    `before`: lines for the preprocessor between the includes and the declarations.
     """
     included = [f'#include "{file}"' for file in includes]
     lines = [

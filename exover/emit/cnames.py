@@ -1,4 +1,4 @@
-"""The names and texts of a spec as C sources, which a small target may leave out."""
+"""The names and texts of a spec as C sources; a small target may leave them out."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -10,11 +10,11 @@ from exover.model.types import Enum, Type
 from exover.ocrd.reasons import reasons
 
 LONGEST = 4000
-"""Characters of a string literal; a C99 compiler need not take more than 4095."""
+"""The most bytes of a text that is a string literal; a C99 compiler need not take more than 4095."""
 
 
 def declarations(model: Model, name: str) -> str:
-    """Return the header."""
+    """Return the text of `NAME_names.h`."""
     start = prefix(name)
     figures = [(figure(name, what), count) for what, count in _lengths(model)]
     one, many = f"extern const char *const {start}_", f"extern const char *const *const {start}_"
@@ -49,7 +49,7 @@ def _lengths(model: Model) -> Iterator[tuple[str, int]]:
 
 
 def source(model: Model, name: str) -> str:
-    """Return the definitions."""
+    """Return the text of `NAME_names.c`."""
     start = prefix(name)
     index = ModelIndex(model)
     texts = reasons(model)
@@ -81,7 +81,7 @@ def _values(kind: Type | None) -> tuple[str, ...] | None:
 
 
 def _strings(name: str, texts: Sequence[str | None], storage: str = "") -> Iterator[str]:
-    """Yield an array of strings with a NULL behind the last."""
+    """Yield the lines of an array of strings, terminated by NULL; texts above LONGEST are arrays of characters."""
     long = {index: text for index, text in enumerate(texts) if text is not None and len(text.encode()) > LONGEST}
     for number, characters in long.items():
         yield f"static const char {name}_{number}[] = {{{_characters(characters)}}};"
@@ -94,7 +94,7 @@ def _strings(name: str, texts: Sequence[str | None], storage: str = "") -> Itera
 
 
 def _lists(name: str, lists: Sequence[Sequence[str] | None]) -> Iterator[str]:
-    """Yield an array of arrays of strings with a NULL behind the last; equal arrays are there once."""
+    """Yield the lines of an array of arrays of strings, terminated by NULL; equal arrays are written once."""
     made: dict[tuple[str, ...], str] = {}
     for texts in lists:
         if texts is not None and tuple(texts) not in made:
@@ -113,7 +113,7 @@ def _literal(text: str | None) -> str:
 
 
 def _escaped(data: Iterable[int]) -> str:
-    """Return the text of a literal; all that is not plain is octal: quotes, backslashes, `?` (trigraphs), UTF-8."""
+    """Return the text of a literal: printable ASCII as it is, but for `"`, backslash and `?` (trigraphs); else octal."""
     return "".join(chr(byte) if 32 <= byte < 127 and byte not in b'"\\?' else f"\\{byte:03o}" for byte in data)
 
 

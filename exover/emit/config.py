@@ -1,4 +1,4 @@
-"""How exover.h is configured for all tables in a folder: exover_config.h, which says what each of them needs."""
+"""exover_config.h, which configures the C runtime for all tables in a folder and records what each of them needs."""
 
 import re
 
@@ -17,21 +17,21 @@ RECORD = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Needs:
-    """What the tables of a spec need of the runtime."""
+    """What the tables of a spec need of the configuration of the runtime; `name`: of their files."""
 
     name: str
     width: int
     state: int
     """Bytes of an entry of the state vector."""
     uses: int
-    """Bit i: section i of the tables is not empty."""
+    """Bit i is set iff section i of the tables is not empty; more bits as in `exover.bounds.sizes.uses`."""
     plain: bool
     tests: int
     answers: int
     passes: int
 
     def record(self) -> str:
-        """Return the line by which `read` knows it again."""
+        """Return the line of exover_config.h from which `read` restores it."""
         most = f"tests {self.tests}, answers {self.answers}, passes {self.passes}"
         form = f"width {self.width}, state {self.state}, uses 0x{self.uses:07x}, plain {int(self.plain)}"
         return f" *     {self.name}: {form}, {most}"
@@ -44,7 +44,7 @@ def needs(tables: Tables, name: str, most: Sizes) -> Needs:
 
 
 def read(text: str) -> tuple[Needs, ...]:
-    """Return whose needs a configuration serves; nothing if it does not say so."""
+    """Return the needs that are recorded in the text of a configuration; empty if it has no records."""
     return tuple(
         Needs(name, int(width), int(state), int(used, 16), alike == "1", int(tests), int(answers), int(passes))
         for name, width, state, used, alike, tests, answers, passes in RECORD.findall(text)
@@ -52,7 +52,7 @@ def read(text: str) -> tuple[Needs, ...]:
 
 
 def config(tables: Tables, name: str, beside: tuple[Needs, ...], most: Sizes) -> str:
-    """Return the configuration for these tables and those of one width that stand beside them."""
+    """Return the text of the configuration for these tables and those `beside`, which must have the same width."""
     own = needs(tables, name, most)
     served = sorted((own, *beside), key=lambda each: each.name)
     assert {each.width for each in served} == {own.width}

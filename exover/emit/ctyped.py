@@ -1,4 +1,4 @@
-"""What the typed API is in C: types, functions, and the call of the generic API that each event is underneath."""
+"""The typed API in C: its types, its functions, and the call of the generic API by which each function is defined."""
 
 from typing import assert_never
 
@@ -8,13 +8,13 @@ from exover.emit.identifiers import Call, SpecIdentifiers
 from exover.model.types import Enum
 
 CHECKER = "CHECKER"
-"""The macro for what an event is told: the checker, behind its black box if it has one."""
+"""The macro for the first arguments of a generic call: the checker, after its black box if there is one."""
 SCALARS = {"bool": "bool", "int32": "int32_t", "int64": "int64_t", "double": "double"}
 
 
 @dataclass(frozen=True, slots=True)
 class CApi:
-    """The identifiers of a spec in C, whose functions and types begin with `start`."""
+    """Writes types and functions of a spec in C; `start`: their prefix."""
 
     known: SpecIdentifiers
     start: str
@@ -30,7 +30,7 @@ class CApi:
                 return SCALARS[kind]
 
     def call(self, event: EventCall) -> Call:
-        """Return the function of an event, and the kind that it is in a buffer."""
+        """Return the function that raises an event, and the enumerator of the event in a buffer."""
         return function_of(event, self.known)
 
     def signature(self, event: EventCall) -> str:
@@ -40,11 +40,11 @@ class CApi:
         return f"exover_status {self.call(event).function}({', '.join([*parameters, f'{self.start}_answer *answer'])})"
 
     def member(self, event: EventCall) -> str:
-        """Return the member of the union that has the values of an event: called as its function."""
+        """Return the member of the union that holds the values of an event: its function without the prefix."""
         return self.call(event).function.removeprefix(f"{self.start}_")
 
     def member_type(self, event: EventCall) -> str:
-        """Return the type of that member: a struct of what an ask or an ok brings, else the one value."""
+        """Return the type of that member: a struct for an ask or a report `ok`, else the type of the only field."""
         match event.does:
             case "ask":
                 return self.known.typed[event.number].args
@@ -54,12 +54,12 @@ class CApi:
                 return self.type(event.fields[0].type)
 
     def members(self, event: EventCall, given: str) -> list[str]:
-        """Return the values of an event, read from its member of the union."""
+        """Return an expression for each value of an event; `given`: its member of the union."""
         whole = event.does in ("ask", "ok")
         return [f"{given}.{field.name}" if whole else given for field in event.fields]
 
     def generic(self, event: EventCall) -> str:
-        """Return the call underneath; `values` are those of an ask or an ok."""
+        """Return the call of the generic API; the array `values` holds those of an ask or a report `ok`."""
         slot, number = "slot" if event.has_slot else "0", event.number
         values = f"values, {len(event.fields)}" if event.fields else "NULL, 0"
         match event.does:
@@ -89,5 +89,5 @@ class CApi:
 
 
 def initializer(field: Field) -> str:
-    """Return the initializer of the value of the generic API that a parameter is."""
+    """Return the initializer of an `exover_value` from a parameter."""
     return f"{{{'.real' if field.type == 'double' else '.integer'} = {field.name}}}"

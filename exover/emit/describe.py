@@ -1,4 +1,4 @@
-"""What the numbers of the tables mean, in words: entries, tests, actions, roots. Read from the decoded tables."""
+"""The decoded tables in words: entries, tests, actions, roots."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -15,9 +15,9 @@ from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
 from exover.ocrd.vector import OUTCOMES
 
 PHASES = {"running": "running", "stopping": "stopping", "waiting": "queued", "clearing": "clearing"}
-"""The counters of a feature, and what they are called; in the language `waiting` is whatever stands in the place."""
+"""The words for the counters of a feature; in the language, `waiting` includes what is clearing."""
 TOGETHER = (("running", "stopping", "active"), ("queued", "clearing", "waiting"))
-"""Counters of two phases whose sum has a name in the language."""
+"""Two counters, and the word of the language for their sum."""
 ACTIONS = {
     t.REJECT: "reject",
     t.WAIT: "wait",
@@ -30,12 +30,12 @@ ACTIONS = {
     t.AGREE: "agree",
 }
 MOST_PATHS = 4
-"""A predicate with more paths is called by its node."""
+"""A predicate with more paths than this is named by its node."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """How the values of an entry are written: those of a type, or the ranks of a real among its cuts."""
+    """How the values of an entry are written: as values of `kind`, or as ranks of a real among `cuts`."""
 
     kind: Type | None
     cuts: tuple[float, ...] = ()
@@ -67,7 +67,7 @@ class Description:
 
     @cached_property
     def entries(self) -> tuple[str, ...]:
-        """What each entry of the state vector is."""
+        """By number, what each entry of the state vector measures."""
         plain = self._plain
         parts: dict[int, list[tuple[int, int]]] = {}
         for part, entry in enumerate(self.tables.entries):
@@ -131,7 +131,7 @@ class Description:
         return f"order({sides[0]}, {sides[1]})"
 
     def _where(self, predicate: int) -> str:
-        """Return the condition on arguments that a predicate is, if it is short."""
+        """Return ` with CONDITION` of a predicate of arguments, ` with node N` if that is long, "" if always true."""
         if predicate == ALWAYS:
             return ""
         found = list(islice(self._paths(predicate, ()), MOST_PATHS + 1))
@@ -155,7 +155,7 @@ class Description:
 
     @cached_property
     def _scales(self) -> dict[int, Scale]:
-        """How the values of entries that are values are written."""
+        """By entry that is a value, how its values are written."""
         scales = {}
         for row, request in zip(self.tables.requests, self.model.requests, strict=True):
             scales[row.last] = Scale(Enum(OUTCOMES))
@@ -169,7 +169,7 @@ class Description:
         return scales
 
     def test(self, node: Node) -> str:
-        """Return what a test node asks: the condition under which the path goes to `low`."""
+        """Return the condition of a test node: the path goes to `low` iff it is true."""
         return self._test(self.entries[node.code], node.code, node.bound)
 
     def _test(self, what: str, entry: int, bound: int) -> str:
@@ -203,7 +203,7 @@ class Description:
         return f"{self.model.requests[request].name}[{number - self.tables.requests[request].slots}]"
 
     def roots(self) -> Iterator[tuple[str, int]]:
-        """Yield the event or question, and the node at which its diagram begins; predicates of arguments left out."""
+        """Yield for each diagram, but predicates of arguments, the event or question that it answers, and its root."""
         for row, request in zip(self.tables.requests, self.model.requests, strict=True):
             yield f"ask {request.name}", row.decide
         for rule in self.tables.rules:
@@ -217,7 +217,7 @@ class Description:
 
 
 def _sum(parts: list[tuple[int, str]]) -> str:
-    """Return the text of a sum, counters of two phases that have a common name taken together."""
+    """Return the text of a sum; counters of two phases in TOGETHER are joined under their common word."""
     left = list(parts)
     texts: list[tuple[int, str]] = []
     while left:

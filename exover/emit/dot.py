@@ -9,7 +9,7 @@ from exover.ocrd.tables import NONE, Tables
 
 
 def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
-    """Return `name.dot`: roots are events, boxes are actions; the full edge of a test is taken if it holds."""
+    """Return `name.dot`: roots are events, boxes are actions; the solid edge of a test is taken iff it is true."""
     return (Artefact(f"{name}.dot", "".join(f"{line}\n" for line in _lines(model, tables)).encode()),)
 
 

@@ -1,4 +1,4 @@
-"""The events of a spec as functions of a typed API, in no language yet: what they are given, what they tell of."""
+"""The events of a spec as functions of a typed API, independent of the language: their parameters and texts."""
 
 from collections.abc import Collection, Iterable, Iterator
 from typing import Literal
@@ -12,14 +12,14 @@ from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.model.wording import value_text
 
 Scalar = Literal["bool", "int32", "int64", "double"]
-"""A type that every language has."""
+"""A type that each target language has."""
 Does = Literal["ask", "ok", "failed", "interrupted", "abort", "abort_waiting", "observe", "level"]
-"""What an event is; `ok`, `failed` and `interrupted` are reports."""
+"""The kinds of events; `ok`, `failed` and `interrupted` are reports."""
 
 
 @dataclass(frozen=True, slots=True)
 class Statuses:
-    """The type of the reasons for which the request of this number can fail."""
+    """The type of the statuses with which the request of this number can fail."""
 
     request: int
 
@@ -38,7 +38,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Struct:
-    """The arguments or the results of a request; there is none without fields."""
+    """The arguments or the results of a request; no struct is written if it has no fields."""
 
     about: str
     fields: tuple[Field, ...]
@@ -46,9 +46,9 @@ class Struct:
 
 @dataclass(frozen=True, slots=True)
 class EventCall:
-    """A function that raises an event, of the request, poster or consumable `number` among these.
+    """A function that raises an event; `number`: of its request, poster or consumable, each counted by itself.
 
-    `has_slot`: it is given the number of a slot before its fields.
+    `has_slot`: its first parameter, before the fields, is the number of a slot.
     """
 
     does: Does
@@ -79,7 +79,7 @@ def _between(low: float, high: float) -> str:
 
 
 def structs(model: Model, taken: Collection[str]) -> Iterator[tuple[Struct, Struct]]:
-    """Yield the arguments and the results of each request; no field has a name that is taken."""
+    """Yield the arguments and the results of each request; no field gets a name in `taken`."""
     for request in model.requests:
         yield (
             Struct(f"The arguments of {request.name}", _fields(request.params, taken)),
@@ -93,9 +93,9 @@ def _fields(params: Iterable[Parameter], taken: Collection[str]) -> tuple[Field,
 
 
 def calls(model: Model, most: EventBounds, taken: Collection[str]) -> Iterator[tuple[str, tuple[EventCall, ...]]]:
-    """Yield the calls of each request, poster and consumable, with its name in the spec.
+    """Yield for each request, poster and consumable its name in the spec and its calls.
 
-    No argument or result has a name that is taken.
+    No argument or result gets a name in `taken`.
     """
     for number, request in enumerate(model.requests):
         yield request.name, tuple(_of_request(number, request, most, taken))
@@ -121,7 +121,7 @@ def _of_request(number: int, request: Request, most: EventBounds, taken: Collect
 
 
 def function_of(event: EventCall, known: SpecIdentifiers) -> Call:
-    """Return what the function of an event is called, and the kind of event that it is in a buffer."""
+    """Return the function that raises an event, and the enumerator of the event in a buffer."""
     if event.does == "observe":
         return known.observe[event.number]
     if event.does == "level":

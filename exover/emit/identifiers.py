@@ -1,4 +1,4 @@
-"""The C identifiers of a spec, all made here: legal, of one prefix, each once; the same model gives the same names."""
+"""The C identifiers of a spec: all are legal, distinct and of one prefix; the same model gives the same names."""
 
 import re
 from collections.abc import Collection, Iterable
@@ -18,7 +18,7 @@ NamedConstant = tuple[str, int]
 
 
 def prefix(name: str) -> str:
-    """Return what the identifiers of a spec begin with: its name, unless that is the runtime's or reserved in C."""
+    """Return the prefix of a spec's identifiers: its name, or `spec_NAME` if that is the runtime's or reserved in C."""
     clean = re.sub(r"\W", "_", name, flags=re.ASCII)
     if not clean or clean.startswith("_") or clean[0].isdigit() or clean.lower() == OWN:
         return f"spec_{clean.lstrip('_')}"
@@ -35,7 +35,7 @@ class Enumeration:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function, and the kind of event that it stands for in a buffer."""
+    """The function that raises an event, and the enumerator of that event in a buffer."""
 
     function: str
     event: str
@@ -43,7 +43,7 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class RequestNames:
-    """What the typed API calls the parts of a request."""
+    """The names in the typed API that belong to one request."""
 
     args: str
     results: str
@@ -55,34 +55,34 @@ class RequestNames:
     abort: Call
     abort_waiting: Call
     read: str
-    """The function that tells the arguments of a slot."""
+    """The function that reads the arguments of a slot."""
     slot: str
-    """The function that tells what a slot holds."""
+    """The function that returns what a slot holds."""
     place: str
-    """The function that tells what the waiting place holds."""
+    """The function that returns what the waiting place holds."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpecIdentifiers:
-    """The identifiers that a host names things by, in the order of their numbers."""
+    """The identifiers of a spec for a host, each tuple in the order of the numbers in the tables."""
 
     requests: tuple[NamedConstant, ...]
     posters: tuple[NamedConstant, ...]
-    """The variables that can be observed."""
+    """The posters: their numbers are among all variables."""
     stocks: tuple[NamedConstant, ...]
     reasons: tuple[NamedConstant, ...]
     enums: dict[Enum, Enumeration]
-    """By type: those of parameters, results and posters."""
+    """By type, those of parameters, results and posters."""
     typed: tuple[RequestNames, ...]
     observe: tuple[Call, ...]
     level: tuple[Call, ...]
     taken: frozenset[str]
-    """All of these names, and those that every spec has."""
+    """All of these names, and those that the files of every spec define."""
 
 
 @dataclass
 class _Maker:
-    """Makes names with one prefix, constants in upper case, and numbers those that would be made twice."""
+    """Makes names with one prefix, constants in upper case; a name that is taken gets `_2`, `_3`, …"""
 
     start: str
     taken: set[str] = field(default_factory=set)
@@ -116,7 +116,7 @@ FIGURES = (
     "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "STATUSES", "ROOM", "TABLES_H",
     "NAMES_H", "API_H",
 )  # fmt: skip
-"""The macros of every spec, behind its prefix; nothing else gets their names."""
+"""The macros of every spec, each after its prefix; no other identifier gets these names."""
 
 
 OWN_NAMES = (
@@ -125,7 +125,7 @@ OWN_NAMES = (
     "checker", "answer", "event", "event_kind", "start", "start_stopped", "resume", "cycle",
     "start_recorded", "record",
 )  # fmt: skip
-"""What else every spec has."""
+"""The other identifiers of every spec, each after its prefix."""
 RESERVED = frozenset((
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
     "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
@@ -142,15 +142,15 @@ RESERVED = frozenset((
     "unix", "linux", "i386", "near", "far", "size_t", "ptrdiff_t", "r2c", "answer", "slot", "status", "kind", "of",
     "values", "answered",
 ))  # fmt: skip
-"""What a parameter cannot be called: keywords of C and C++, macros that a host may have, and names of ours."""
+"""Names that no parameter gets: keywords of C and C++, macros that a host may define, and locals of emitted code."""
 FAMILIES = re.compile(
     r"exover(_\w*)?|u?int\w*_t|(PRI|SCN)[a-zX]\w*|(sa|si|s6|sigev|if[acr])_\w*|M_[A-Z0-9_]+(l|f\d*x?)|_\w*", re.ASCII
 )
-"""Nor this: names of the runtime, and those that standard headers of C and POSIX have, or may come to have."""
+"""Patterns of names that no parameter gets: of the runtime, and reserved for standard headers of C and POSIX."""
 
 
 def figure(name: str, what: str) -> str:
-    """Return the macro `what` of a spec."""
+    """Return the name of the macro `what`, one of FIGURES, of a spec."""
     assert what in FIGURES
     return f"{prefix(name)}_{what}".upper()
 
@@ -178,7 +178,7 @@ def constants(model: Model, name: str) -> SpecIdentifiers:
 
 
 def _enums(model: Model, maker: _Maker) -> dict[Enum, Enumeration]:
-    """Return the enum types, called as the spec calls them, else after the first that is of them."""
+    """Return the enum types, named as the spec declares them, else after the first parameter or poster of the type."""
     owners = [(f"{request}.{parameter.name}", parameter.type) for request, parameter in parameters(model)]
     owners += [(variable.name, variable.type) for variable in model.variables if variable.kind == "poster"]
     declared = {Enum(values): name for name, values in reversed(model.vocabulary.enums.items())}
@@ -210,9 +210,9 @@ def _typed(maker: _Maker, request: Request) -> RequestNames:
 
 
 def fields(params: Iterable[Parameter], taken: Collection[str]) -> tuple[str, ...]:
-    """Return what parameters or results are called: as in the spec, unless something else may have that name.
+    """Return the identifiers of parameters or results: their names in the spec, or others where these are not free.
 
-    `taken`: what else has a name where they are used, beside what any host in C may have.
+    `taken`: names that are not free where they are used, beside those that C excludes.
     """
     found: list[str] = []
     for parameter in params:

@@ -1,4 +1,4 @@
-"""The tables as JSON: every number of the bytes, and beside them what they mean."""
+"""The tables as JSON: every number of the bytes, with names and meanings."""
 
 import json
 from dataclasses import asdict, fields
@@ -22,7 +22,7 @@ def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = Non
 
 
 def _value(value: object) -> str:
-    """Return a value, a list with one element to a line."""
+    """Return a value as JSON, a list with one element on each line."""
     if not isinstance(value, list) or not value:
         return json.dumps(value, ensure_ascii=False, allow_nan=False)
     return "[\n" + ",\n".join(f"    {json.dumps(v, ensure_ascii=False, allow_nan=False)}" for v in value) + "\n  ]"

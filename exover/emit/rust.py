@@ -1,4 +1,4 @@
-"""The tables as a Rust crate without dependencies: the runtime, the same for every spec, with its tables and names."""
+"""A Rust crate without dependencies: the runtime, the same for every spec, with the tables and names of one spec."""
 
 import re
 import struct
@@ -23,7 +23,7 @@ RECORDS = (
     "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow",
     "InvariantRow", "SumRow", "ListRow",
 )  # fmt: skip
-"""The types of the records of every section in `records.rs`."""
+"""The type in `records.rs` of the records of each section, in the order of the sections."""
 RUST_VERSION = "1.73"
 RESERVED = {
     "abstract", "alloc", "as", "async", "await", "become", "box", "break", "build", "const", "continue", "core",
@@ -32,10 +32,10 @@ RESERVED = {
     "priv", "proc_macro", "pub", "ref", "return", "self", "static", "std", "struct", "super", "test", "trait",
     "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
 }  # fmt: skip
-"""What no package may be called."""
+"""Names that no package may have."""
 MANIFEST, ROOT = "Cargo.toml", "src/lib.rs"
 MARKS = {MANIFEST: "# The checker of the spec ", ROOT: "//! The checker of an exover spec"}
-"""How these files begin if the crate in a folder is ours to replace, whichever version of exover wrote it."""
+"""The first text of these files if some version of exover has written the crate, so that it may be replaced."""
 
 
 def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:
@@ -49,7 +49,7 @@ def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = Non
 def emit_sources(
     model: Model, tables: Tables, name: str, folder: str = "", most: EventBounds | None = None
 ) -> tuple[Artefact, ...]:
-    """Return what is compiled, in a folder; `most`: the bounds of events, if more is known than the tables tell."""
+    """Return the sources, in a folder; `most`: tighter bounds of events, if known, than those of the tables alone."""
     most = most or bounds(tables)
     return (
         *(Artefact(f"{folder}{file}", runtime_file(f"rust/{file}")) for file in RUNTIME),
@@ -65,7 +65,7 @@ def runtime_file(name: str) -> bytes:
 
 
 def package(name: str) -> str:
-    """Return what the package of a spec is called: its name as far as cargo takes it."""
+    """Return the name of the package of a spec: its name in lower case, or `spec_NAME` if cargo refuses that."""
     clean = re.sub(r"\W", "_", name, flags=re.ASCII).lower()
     return clean if clean[:1].isalpha() and clean not in RESERVED else f"spec_{clean.lstrip('_')}"
 
@@ -126,7 +126,7 @@ def _tables(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
 
 
 def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
-    """Yield the lengths of all arrays: of the sections, and of what is remembered."""
+    """Yield the names and values of the constants for the lengths of arrays: of the tables, and of the state."""
     *_, kept, values, _, answers, path = shape(tables)
     given = (max(r.results - r.params, r.params_end - r.results) for r in tables.requests)
     titles = [*(title for title, _ in SECTIONS), "sums", "lists"]

@@ -1,4 +1,4 @@
-"""The names of a spec as Rust: enums of what a host speaks of, constants, and texts behind the feature `names`."""
+"""The names of a spec in Rust: enums of requests, posters, stocks and reasons; constants; texts, a feature `names`."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -9,9 +9,9 @@ from exover.model.model import Model
 from exover.ocrd.reasons import reasons
 
 START = "x"
-"""What the constants of identifiers.py begin with here, where a module is a prefix already: it is cut off again."""
+"""The prefix that identifiers.py gets for Rust; it is cut off again, since modules are prefixes already."""
 TAKEN = ("Self", "ALL")
-"""What no variant and no type may be called: a word that Rust keeps for itself, and the constant of every enum."""
+"""Names that no variant and no type gets: a keyword of Rust, and the constant of every enum."""
 
 
 def names(model: Model) -> str:
@@ -49,7 +49,7 @@ def names(model: Model) -> str:
 
 
 def enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[str]:
-    """Yield an enum of things with their numbers, of which there may be none."""
+    """Yield the lines of an enum; `things`: number and name of each variant, perhaps none."""
     things = list(things)
     named = zip(variants(text for _, text in things), things, strict=True)
     numbered = [(variant, number, text) for variant, (number, text) in named]
@@ -76,7 +76,7 @@ def enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[s
 
 
 def variants(texts: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
-    """Return names in camel case, each once and none that is taken: the second of a name gets `_2`."""
+    """Return the names in camel case, distinct and none in `taken`: the second of a name gets `_2`."""
     found = dict.fromkeys([*TAKEN, *taken])
     before = len(found)
     for text in texts:
@@ -91,7 +91,7 @@ def variants(texts: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
 
 
 def _constants(module: str, kind: str, title: str, known: Sequence[NamedConstant]) -> Iterator[str]:
-    """Yield a module of constants."""
+    """Yield the lines of a module of constants."""
     yield f"/// {title}."
     yield "#[allow(missing_docs)]"
     yield f"pub mod {module} {{"
@@ -101,7 +101,7 @@ def _constants(module: str, kind: str, title: str, known: Sequence[NamedConstant
 
 
 def _texts(owner: str, method: str, title: str, texts: Sequence[str | None]) -> Iterator[str]:
-    """Yield a method that gives a text; an optional one if there are things without."""
+    """Yield the lines of a method of `owner` that returns a text, or for `because` an Option of one."""
     optional = method == "because"
     kind = "Option<&str>" if optional else "&str"
     result = kind.replace("&", "&'static ")
@@ -119,14 +119,14 @@ def _texts(owner: str, method: str, title: str, texts: Sequence[str | None]) -> 
 
 
 def _position(owner: str) -> str:
-    """Return where the text of something stands: the numbers of posters have gaps."""
+    """Return the expression for the index of a text: posters are counted, since their numbers have gaps."""
     if owner != "Poster":
         return "self.index()"
     return "Self::ALL.iter().position(|each| *each == self).unwrap_or(usize::MAX)"
 
 
 def _lists(method: str, title: str, lists: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield a method that gives texts of a request."""
+    """Yield the lines of a method of `Request` that returns a list of texts."""
     yield '#[cfg(feature = "names")]'
     yield "impl Request {"
     yield f"    /// {title}."
@@ -145,11 +145,11 @@ def _optional(text: str | None) -> str:
 
 
 def _literal(text: str) -> str:
-    """Return the text as a literal; all that is not plain is written by its number."""
+    """Return a text as a literal; quotes, backslashes and all but printable ASCII are written by their code points."""
     shown = (c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
     return f'"{"".join(shown)}"'
 
 
 def plain(text: str) -> str:
-    """Return the text as it may stand in a comment."""
+    """Return a text for a comment, with `?` for backquotes and all but printable ASCII."""
     return "".join(c if " " <= c <= "~" and c != "`" else "?" for c in text)

@@ -1,4 +1,4 @@
-"""The typed API of a spec in Rust: a method for each event, called as its function in C, and the events of a cycle."""
+"""The typed API of a spec in Rust: a method for each event, named as its function in C, and one for a whole cycle."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -19,17 +19,17 @@ USED = (
     "Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "View", "Option", "Some", "None",
     "FnMut",
 )  # fmt: skip
-"""Types that this module speaks of: none of its own may be called so."""
+"""Types that the module `api` uses: no type that it defines gets one of these names."""
 GENERIC = "observe_level"
-"""The one method of the generic API that an event could be called like."""
+"""The one method of the generic API whose name an event could get."""
 KEYWORDS = frozenset((
     "abstract", "as", "async", "await", "become", "box", "crate", "dyn", "final", "fn", "gen", "impl", "in", "let",
     "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "self", "super", "trait", "type",
     "unsafe", "unsized", "use", "where", "yield",
 ))  # fmt: skip
-"""What no parameter may be called, beyond what none may in C."""
+"""Names that no parameter gets, beside those that none gets in C."""
 PATTERNS = frozenset(("Self", "None", "Some", "Ok", "Err", "Value"))
-"""What stands for itself in a pattern, so that nothing can be bound to it."""
+"""Names that are constants in a pattern, so that no parameter can be bound to them."""
 
 ARGUMENTS = (
     "They are kept when it has ended; before its",
@@ -46,7 +46,7 @@ def typed(model: Model, tables: Tables, most: EventBounds) -> str:
 
 @dataclass(frozen=True)
 class _Typed:
-    """The parts of the module."""
+    """Writes the module `api` of one spec."""
 
     model: Model
     tables: Tables
@@ -54,7 +54,7 @@ class _Typed:
 
     @cached_property
     def known(self) -> SpecIdentifiers:
-        """The names of the typed API, behind a prefix that is cut off again."""
+        """The names of the typed API, after the prefix START, which `bare` cuts off."""
         return constants(self.model, START)
 
     @cached_property
@@ -69,12 +69,12 @@ class _Typed:
 
     @cached_property
     def types(self) -> "TypeNames":
-        """The types of this module."""
+        """The names of the types that this module defines."""
         return type_names(self.known)
 
     @cached_property
     def things(self) -> dict[str, list[str]]:
-        """The requests, posters and consumables as names.rs calls them."""
+        """By enum of names.rs, the variants of requests, posters and consumables."""
         index = ModelIndex(self.model)
         posters = [poster.name for _, poster in index.posters]
         return {"Request": variants(index.requests), "Poster": variants(posters), "Stock": variants(index.stocks)}
@@ -159,7 +159,7 @@ class _Typed:
         return found
 
     def _generic(self, event: EventCall) -> str:
-        """Return the call underneath."""
+        """Return the call of the generic API."""
         owner = {"observe": "Poster", "level": "Stock"}.get(event.does, "Request")
         subject = f"{owner}::{self.things[owner][event.number]}"
         slot, values = "slot" if event.has_slot else "0", ", ".join(map(self._value, event.fields))
@@ -185,14 +185,14 @@ class _Typed:
                 assert_never(event.does)
 
     def _value(self, field: Field) -> str:
-        """Return the parameter as a value of the generic API."""
+        """Return the expression that converts a parameter to a value of the generic API."""
         name, kind = field.name, self._type(field)
         if kind == "i32":
             return f"i64::from({name}).into()"
         return f"({name} as i64).into()" if isinstance(field.type, Enum | Statuses) else f"{name}.into()"
 
     def _reader(self, number: int, args: Struct) -> Iterator[str]:
-        """Yield the method that tells the arguments of a request."""
+        """Yield the lines of the method that reads the arguments of a request."""
         subject, names = self.model.requests[number].name, self.known.typed[number]
         several, kind = self.model.requests[number].instances > 1, self.types.args[number]
         bound = ", ".join(field.name for field in args.fields)
@@ -209,7 +209,7 @@ class _Typed:
         yield ""
 
     def _viewers(self, number: int) -> Iterator[str]:
-        """Yield the methods that tell what a slot, and the waiting place, of a request hold."""
+        """Yield the lines of the methods that return what a slot, and the waiting place, of a request hold."""
         subject, names = self.model.requests[number].name, self.known.typed[number]
         several, request = self.model.requests[number].instances > 1, f"Request::{self.things['Request'][number]}"
         slot, place = bare(names.slot), bare(names.place)
@@ -242,7 +242,7 @@ class _Typed:
 
     @cached_property
     def kinds(self) -> list[tuple[EventCall, str]]:
-        """The events with their variants."""
+        """The events, each with its variant of the enum `Event`."""
         events = [event for _, group in self.groups for event in group]
         return list(zip(events, variants(method(event, self.known) for event in events), strict=True))
 
@@ -275,14 +275,14 @@ class _Typed:
 
 @dataclass(frozen=True, slots=True)
 class TypeNames:
-    """What enums are called, and by request the struct of its arguments."""
+    """The names of the enums, and by request of the struct of its arguments."""
 
     enums: dict[Enum | Statuses, str]
     args: tuple[str, ...]
 
 
 def type_names(known: SpecIdentifiers) -> TypeNames:
-    """Return the names of types; each name is given once."""
+    """Return the names of types, all distinct and none in USED."""
     wanted = [each.type for each in known.enums.values()]
     wanted += [name for names in known.typed for name in (names.statuses.type, names.args)]
     found = variants(map(bare, wanted), USED)
@@ -293,16 +293,16 @@ def type_names(known: SpecIdentifiers) -> TypeNames:
 
 
 def taken(known: SpecIdentifiers) -> frozenset[str]:
-    """Return what no parameter may be called; also not like a value of an enum, for rustc takes that for a mistake."""
+    """Return names that no parameter gets: keywords, constants in patterns, and, for rustc warns of them, variants."""
     return KEYWORDS | PATTERNS | {variant for kind in known.enums for variant in variants(kind.values)}
 
 
 def bare(name: str) -> str:
-    """Return a name of identifiers.py without its prefix: a module is one already."""
+    """Return a name of identifiers.py without the prefix START."""
     return name.removeprefix(f"{START}_")
 
 
 def method(event: EventCall, known: SpecIdentifiers) -> str:
-    """Return what the method of an event is called: as its function in C, without the name of the spec."""
+    """Return the name of the method of an event: that of its function in C, without the name of the spec."""
     name = bare(function_of(event, known).function)
     return f"{name}_" if name.rstrip("_") == GENERIC else name

@@ -12,9 +12,9 @@ from exover.ocrd.compile import Compiled
 def emit(
     compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str, deadline: float = inf
 ) -> tuple[Artefact, ...]:
-    """Return `name.smt2`; the solver forgets all that it was asked before, so that the bytes are always the same.
+    """Return `name.smt2`; the state of the solver is reset first, so that the bytes are always the same.
 
-    Raises `Inconclusive` of `exover.engines.smt.solver` at a time of `monotonic`, the `deadline`.
+    Raises `Inconclusive` of `exover.engines.smt.solver` after `deadline`, a time of `monotonic`.
     """
     from exover.engines.smt.solver import Clock, forget
     from exover.engines.smt.text import text

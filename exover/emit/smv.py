@@ -15,7 +15,7 @@ from exover.ocrd.compile import Compiled
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
     """Return `name.smv` and, if there are claims for which it matters which runs are fair, `name.fair.smv`.
 
-    Raises `TooLarge` if the loop has more to tell apart than can be written down.
+    Raises `TooLarge` if the loop distinguishes too many values to be written.
     """
     words = Description(compiled.model, compiled.tables)
     nodes = [words.test(node) if node.code >= 0 else words.action(node) for node in compiled.tables.nodes]

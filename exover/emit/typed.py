@@ -1,4 +1,4 @@
-"""The typed API of a spec, its header: a function for each event, and the events of a cycle in a buffer."""
+"""The C header of the typed API of a spec: a function for each event, and one for a buffer of the events of a cycle."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
@@ -14,7 +14,7 @@ from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 
 WIDTH = 118
-"""Characters of a line of a comment."""
+"""The most characters of a line of a comment."""
 PREFACE = """Each function tells of one event, which is decided at once. It returns EXOVER_READY, or why everything is
 denied: then what runs can still be reported and aborted, until the checker is started again. A value that is out of
 range is answered by EXOVER_INVALID and does nothing else, unless the poster has an `else` value, which is then taken.
@@ -41,7 +41,7 @@ changed since, which is a fault. Bound: constant."""
 
 
 def api(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
-    """Return the header of the declarations, to be read alone."""
+    """Return the text of `NAME_api.h`, which documents the API for a host."""
     known, start = constants(model, name), prefix(name)
     capi, every = CApi(known, start), tuple(calls(model, most, known.taken))
     declarations = [
@@ -77,7 +77,7 @@ def _preface(model: Model, name: str, capi: CApi, every: Sequence[tuple[str, tup
 
 
 def _paragraph(text: str, start: str = " * ", then: str = " * ") -> list[str]:
-    """Return a text as lines of a comment; nothing in it ends the comment."""
+    """Return a text as lines of a comment, with `*/` and `/*` in it taken apart."""
     harmless = visible(" ".join(text.split())).replace("*/", "* /").replace("/*", "/ *")
     return wrap(harmless, WIDTH, initial_indent=start, subsequent_indent=then, break_long_words=False)
 
@@ -202,7 +202,7 @@ def _declarations(model: Model, capi: CApi, every: Iterable[tuple[str, tuple[Eve
 
 
 def readers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
-    """Yield the function that tells arguments; nothing for a request without any."""
+    """Yield for each request the head of the function that reads a slot's arguments; "" if it has no parameters."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = "int32_t slot, " if request.instances > 1 else ""
         parameters = f"{start}_checker *r2c, {slot}{names.args} *args"
@@ -210,7 +210,7 @@ def readers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
 
 
 def viewers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[tuple[str, str]]:
-    """Yield for each request the functions that tell what a slot, and the waiting place, hold."""
+    """Yield for each request the heads of the functions that return what a slot, and the waiting place, hold."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = ", int32_t slot" if request.instances > 1 else ""
         r2c = f"{start}_checker *r2c"

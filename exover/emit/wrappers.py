@@ -1,4 +1,4 @@
-"""The typed API of a spec, its definitions: each function is one call of the generic API underneath."""
+"""The C source of the typed API of a spec: each function is defined by one call of the generic API."""
 
 from collections.abc import Iterable, Iterator
 
@@ -12,7 +12,7 @@ from exover.ocrd.tables import Tables
 
 
 def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
-    """Return the definitions."""
+    """Return the text of `NAME_api.c`."""
     known, start = constants(model, name), prefix(name)
     capi = CApi(known, start)
     every = [event for _, group in calls(model, most, known.taken) for event in group]
@@ -51,7 +51,7 @@ def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
 
 
 def _recorded(start: str) -> Iterator[str]:
-    """Yield what makes every event go through the black box of the checker, if there is one."""
+    """Yield the lines by which each event goes through the black box if EXOVER_BOX is defined."""
     yield "#ifdef EXOVER_BOX /* every event goes through the black box */"
     for event in ("ask", "report", "observe", "level", "abort", "abort_waiting"):
         yield f"#undef exover_{event}"
