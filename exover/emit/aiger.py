@@ -131,7 +131,7 @@ def _inputs(encoding: Encoding) -> tuple[str, ...]:
 
 
 def _latches(encoding: Encoding) -> tuple[str, ...]:
-    """Return the names of the latches: of a variable with several bits, its name with the place of the bit, lowest 0."""
+    """Return the names of the latches: NAME of a variable of one bit, else NAME[K] for its bit K, the lowest first."""
     names: dict[int, str] = {}
     for variable, bits in encoding.latches.literals.items():
         for place, bit in enumerate(bits):

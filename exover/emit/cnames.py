@@ -113,7 +113,7 @@ def _literal(text: str | None) -> str:
 
 
 def _escaped(data: Iterable[int]) -> str:
-    """Return the text of a literal: printable ASCII as it is, but for `"`, backslash and `?` (trigraphs); else octal."""
+    """Return the text of a literal: octal but for printable ASCII without `"`, backslash and `?` (trigraphs)."""
     return "".join(chr(byte) if 32 <= byte < 127 and byte not in b'"\\?' else f"\\{byte:03o}" for byte in data)
 
 

@@ -1,7 +1,7 @@
-"""The smallest change that would have turned an answer, found by trying: one quantity at a time, then two.
+"""Counterfactuals: the smallest changes that change an answer, found by trial: of one quantity, then of two.
 
-Every change is run on the reference interpreter, so what is told is true. A state that breaks a rule which held is not
-told: the checker would not have come there.
+Every change is run on the reference interpreter, so each counterfactual is true. A changed state that breaks a rule
+which the actual state does not break is skipped: the checker would not have reached it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,19 +16,19 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 
 MOST = 2
-"""Quantities that are changed together at most."""
+"""The most quantities that are changed together."""
 WORK = 400_000
-"""Rules and requests that are looked at in all, some seconds; the trials of a large spec are fewer."""
+"""The budget, trials times rules and requests, of some seconds: a large spec gets fewer trials."""
 LEAST = 200
-"""Trials that are made whatever the size."""
+"""The trials that a spec of any size gets."""
 SHOWN = 6
-"""Changes that are told at most."""
+"""The most changes that are told."""
 
 AnswerOutcome = frozenset[tuple[str, ...]]
 
 
 def outcome_of(event: Event, actions: Iterable[Action]) -> AnswerOutcome:
-    """Return what an answer comes down to: of an ask what became of its request, else what was done to whom."""
+    """Return what counts of an answer: of an ask what became of its request, else each action without its reason."""
     found: set[tuple[str, ...]] = set()
     for action in actions:
         match action:
@@ -53,9 +53,9 @@ def outcome_of(event: Event, actions: Iterable[Action]) -> AnswerOutcome:
 
 
 def turned(event: Event, before: AnswerOutcome, after: AnswerOutcome) -> bool:
-    """Return whether an answer is another one.
+    """Return whether an answer is changed.
 
-    That of an event other than an ask is if some action is gone or, where there was none, some has come.
+    Of an ask: iff the outcomes differ; of another event: iff an action is gone or, where there was none, one is there.
     """
     if isinstance(event, Ask) or not before:
         return after != before
@@ -63,20 +63,20 @@ def turned(event: Event, before: AnswerOutcome, after: AnswerOutcome) -> bool:
 
 
 class CounterfactualReference(Reference):
-    """The reference interpreter for states that are imagined."""
+    """The reference interpreter, for states that an intervention has changed."""
 
     def latched(self, state: State) -> State:
-        """Return the state with every latch set whose condition holds: it follows what is imagined."""
+        """Return the state with every latch set whose condition holds there."""
         return self._latch(state, cleared_by=None)
 
     def broken(self, state: State) -> set[Action]:
-        """Return what is broken in a state, as violations."""
+        """Return a violation for each rule that is broken in a state."""
         return set(self._violations(state))
 
 
 @dataclass
 class Trials:
-    """A search around one answer, which counts its trials."""
+    """The trials of interventions on one answer, at most `limit`; `tried`: how many were made."""
 
     reference: CounterfactualReference
     state: State
@@ -93,16 +93,16 @@ class Trials:
 
     @property
     def spent(self) -> bool:
-        """Whether no further trial may be made."""
+        """Whether all trials are used."""
         return self.tried >= self.limit
 
     def options(self, quantity: Factor, after: "Intervention | None" = None) -> Iterator[Intervention]:
-        """Yield the options of a quantity, here or after a first change."""
+        """Yield the interventions on a quantity, in the actual state or after a first intervention."""
         state, event = (after.state, after.event) if after else (self.state, self.event)
         return Interventions(self.reference.model, state, event, self.mentions).of(quantity)
 
     def answer(self, option: Intervention) -> tuple[Action, ...] | None:
-        """Return the answer after a change if it is another one and the change is no breach of a rule; else None."""
+        """Return the answer after a change if it is changed and the change breaks no more rules; else None."""
         self.tried += 1
         state = self.reference.latched(option.state)
         if self.reference.validate(state, option.event):
@@ -115,7 +115,7 @@ class Trials:
         return actions if self.reference.broken(state) <= self._broken else None
 
     def _decided(self, state: State, event: Event) -> str | None:
-        """Return what is decided on the newcomer of an ask; None for another event."""
+        """Return the decision on the newcomer of an ask: launch, wait or reject; None for another event."""
         if not isinstance(event, Ask):
             return None
         request = self.reference.model.request[event.request]
@@ -126,9 +126,9 @@ class Trials:
 
 
 def search(reference: Reference, state: State, event: Event, first: Iterable[str]) -> CounterfactualSearch:
-    """Return the smallest changes that turn the answer; `first`: rules whose quantities are looked at before others.
+    """Return the smallest changes that change the answer; `first`: rules whose quantities are tried before others.
 
-    A refusal that is not answered again counts as one that is: another reason for it is no turn.
+    A refusal that is not answered again counts as answered; another reason for it is no changed answer.
     """
     model = reference.model
     state = state.unrefused()
@@ -143,7 +143,7 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
     if not turns and not trials.spent:
         most = MOST
         turns = list(islice(_pairs(trials, found), SHOWN))
-    # Launching is what an ask is for: a change that brings that about is told first.
+    # An ask is meant to launch: a change with which something is launched is told first.
     turns.sort(key=lambda turn: not any(isinstance(action, Launched) for action in turn.actions))
     return CounterfactualSearch(tuple(turns[:SHOWN]), trials.tried, most, not trials.spent)
 
@@ -152,7 +152,7 @@ Result = tuple[Intervention, tuple[Action, ...] | None]
 
 
 def _singles(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
-    """Yield what one changed quantity turns."""
+    """Yield the counterfactuals of one changed quantity."""
     for quantity in found:
         results: list[Result] = []
         for option in trials.options(quantity):
@@ -164,9 +164,9 @@ def _singles(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
 
 
 def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Counterfactual]:
-    """Yield the results that are turns.
+    """Yield the counterfactuals among the results for one quantity.
 
-    Neighbouring intervals of a number with one outcome are one turn, and so are all results if they have one outcome.
+    Adjacent intervals of a number with one outcome make one, and so do all results of a `whole` with one outcome.
     """
     outcomes = [None if answer is None else outcome_of(event, answer) for _, answer in results]
     if whole and len(set(outcomes)) == 1:
@@ -183,7 +183,7 @@ def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Counterfa
 
 
 def _pairs(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
-    """Yield what two changed quantities turn, of each pair of quantities the first."""
+    """Yield the first counterfactual of each pair of quantities."""
     for later, second in enumerate(found):
         for first in found[:later]:
             turn = _pair(trials, first, second)
@@ -211,7 +211,7 @@ def _pair(trials: Trials, first: Factor, second: Factor) -> Counterfactual | Non
 
 @dataclass(frozen=True, slots=True)
 class _Alike:
-    """Options of two numbers that bring about one outcome, whichever of them are taken together."""
+    """Finds a rectangle of intervals of two numbers in which all combinations have one outcome."""
 
     trials: Trials
     outcome: AnswerOutcome
@@ -222,7 +222,7 @@ class _Alike:
         return answer is not None and outcome_of(option.event, answer) == self.outcome
 
     def grown(self, others: Sequence[Intervention]) -> Iterator[Intervention]:
-        """Yield options of the second number, the first of which has the outcome, as long as neighbours have it too."""
+        """Yield the first of the options of the second number, and those adjacent that follow with the same outcome."""
         yield others[0]
         for before, option in pairwise(others):
             if not (before.meets(option) and self._has(option)):
@@ -230,7 +230,7 @@ class _Alike:
             yield option
 
     def last_with(self, ones: Sequence[Intervention], beside: Sequence[Intervention]) -> Intervention:
-        """Return the last neighbour of an option of the first number that has the outcome beside all of these."""
+        """Return the last adjacent option of the first number with the outcome for each option in `beside`."""
         last = ones[0]
         wanted = [each.interval for each in beside]
         for option in ones[1:]:

@@ -1,4 +1,4 @@
-"""Why the last event of a stream was answered so, and what would have turned the answer."""
+"""Why the last event of a stream was answered as it was, and counterfactuals: changes that change the answer."""
 
 from collections.abc import Iterable, Mapping
 
@@ -14,9 +14,9 @@ from exover.model.wire_reading import read_event
 
 
 def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str | bytes]) -> Explanation | None:
-    """Return why the event of the last line that is not blank was answered so; None if there is none.
+    """Return the explanation of the answer to the last line that is not blank; None if there is none.
 
-    `written`: what stands in the spec at a place. Lines before the last are answered as in a simulation.
+    `written`: the text of each item in the spec, by location. Lines before are answered as in a simulation.
     """
     reference = Reference(model)
     state = before = reference.start()
@@ -53,7 +53,7 @@ def _invalid(fault: Invalid) -> Account:
 
 
 def accounts_of(verdicts: RuleVerdicts, watched: Watched) -> tuple[Account, ...]:
-    """Return the account of each action of a step, or the one of why nothing was done."""
+    """Return the account of each action of a step; of a step without actions, the account of why there are none."""
     if not watched.actions:
         return (_no_action(verdicts, watched),)
     return tuple(_account(verdicts, watched, action, cause) for action, cause in watched.actions)
@@ -86,7 +86,7 @@ def _account(verdicts: RuleVerdicts, watched: Watched, action: Action, cause: Ca
 
 
 def _decided(verdicts: RuleVerdicts, action: Launched | Waits | Rejected | Killed, decided: Decided) -> Account:
-    """Return the account of an action that a decision brought about."""
+    """Return the account of an action that follows from a decision."""
     found = verdicts.of_decision(decided)
     launch = (verdicts.of_launch(decided.required, decided.state),) if decided.required else ()
     place = ", decided again in its waiting place" if decided.again else ""
@@ -113,7 +113,7 @@ def _decided(verdicts: RuleVerdicts, action: Launched | Waits | Rejected | Kille
 def _deciding(
     found: tuple[RuleVerdict, ...], action: Waits | Rejected | Killed, decided: Decided
 ) -> tuple[RuleVerdict, ...]:
-    """Return the first verdict that was the reason of an action."""
+    """Return the verdict that is the reason of an action; empty if none is."""
     if isinstance(action, Rejected):
         demand = "reject" if action.request == decided.request.name else "dismiss"
     else:
@@ -125,7 +125,7 @@ def _deciding(
 
 
 def _no_action(verdicts: RuleVerdicts, watched: Watched) -> Account:
-    """Return why an event was followed by no action: what reads what it changed has nothing to say, or waits on."""
+    """Return why an event had no action: the verdicts of all that reads what it changed, waits, or was refused."""
     model, event = verdicts.reference.model, watched.event
     touched = _touched(event)
     rules = [rule.name for rule in model.rules if rule_reads(rule) & touched]
@@ -153,7 +153,7 @@ def _no_action(verdicts: RuleVerdicts, watched: Watched) -> Account:
 
 
 def _touched(event: Event) -> frozenset[Read]:
-    """Return what an event changes by itself."""
+    """Return what an event itself changes, as reads of conditions."""
     match event:
         case Observe(name):
             return frozenset({Read("reading", name), Read("level", name)})

@@ -1,4 +1,4 @@
-"""The facts behind the truth of a condition: the comparisons and predicates that settled it, with what they read."""
+"""The facts that determine the truth of a condition: its decisive comparisons and predicates, with what they read."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
@@ -33,14 +33,14 @@ from exover.model.wording import condition_text, named_text, term_text, value_te
 
 @dataclass(frozen=True)
 class Facts:
-    """A state in which conditions are looked at; `imagined`: slots that are imagined, with what stands in them."""
+    """Reads facts off a state; `imagined`: by slot that is hypothetical, the words for what is in it."""
 
     model: Model
     state: State
     imagined: Mapping[SlotId, str] = field(default_factory=dict)
 
     def of(self, cond: Cond, scope: Scope = NOTHING) -> tuple[Fact, ...]:
-        """Return what settled the condition, each once: of a true `or` its true parts, of a false `and` its false."""
+        """Return the atoms that decide the truth, each once: of an `and` or `or` the parts with the truth of the whole."""
         return tuple(dict.fromkeys(self._settling(cond, scope)))
 
     def _settling(self, cond: Cond, scope: Scope) -> Iterator[Fact]:
@@ -87,7 +87,7 @@ class Facts:
                 assert_never(atom)
 
     def _term(self, term: ModelTerm, scope: Scope) -> str:
-        """Return a term that is no constant with its value, and where a sum over slots comes from."""
+        """Return a term with its value; of a count or a used share, also the slots that make it up."""
         value = value_of(self.model, self.state, term, scope)
         match term:
             case Count(requests):
@@ -102,7 +102,7 @@ class Facts:
                 return f"{term_text(term)} = {value_text(value)}"
 
     def _slots(self, phase: str, name: str, where: Cond | None, scope: Scope) -> str:
-        """Return the slots of this phase: those that satisfy `where` if there are any, else all of them."""
+        """Return the slots of this phase in words: those that satisfy `where`, or all if none does."""
         params = self.model.request[name].params
         inside: list[tuple[str, bool]] = []
         for index, slot in enumerate(self.state.slots[name]):
@@ -115,7 +115,7 @@ class Facts:
         return ", ".join(found) or f"{name} is {'idle' if phase == 'active' else f'not {phase}'}"
 
     def _where(self, where: Cond | None, name: str, values: Args, scope: Scope = NOTHING) -> str:
-        """Return those of the values that `where` reads."""
+        """Return in words those of the values that `where` reads."""
         if where is None:
             return ""
         request = self.model.request[name]

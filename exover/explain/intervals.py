@@ -1,4 +1,4 @@
-"""The values of a number that a spec can tell apart, as finitely many intervals, each with a sample."""
+"""The values of a number in finitely many intervals, such that a spec distinguishes none in one; each has a sample."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -9,7 +9,7 @@ from exover.model.types import Int, Real, plain
 from exover.model.wording import value_text
 
 FEW = 16
-"""An int of no more values than this has a interval for each of them."""
+"""An int whose range is shorter than this has an interval for each value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,23 +23,23 @@ class Interval:
     sample: int | float
 
     def meets(self, other: "Interval") -> bool:
-        """Return whether the interval is followed by the other, nothing left out between them."""
+        """Return whether the other interval follows this one with no number between."""
         if isinstance(self.sample, int):
             return self.high + 1 == other.low
         return self.high == other.low and (self.high_closed or other.low_closed)
 
 
 def intervals(kind: Int | Real, cuts: Iterable[Fraction], present: int | float) -> tuple[Interval, ...]:
-    """Return the range of a type in ascending order: each cut by itself, and what lies between two.
+    """Return the intervals of the range of a type, ascending: each cut alone, and the values between two cuts.
 
-    The interval of the present value has it as its sample; the sample of another is near to it.
+    The sample of the interval of the present value is that value; the sample of another int is the nearest to it.
     """
     found = _of_int(kind, cuts, int(present)) if isinstance(kind, Int) else _of_real(kind, cuts, float(present))
     return tuple(found)
 
 
 def _of_int(kind: Int, cuts: Iterable[Fraction], present: int) -> Iterator[Interval]:
-    """Yield the intervals of an int; a cut between two of its values is both of them."""
+    """Yield the intervals of an int; a cut between two integers stands for both."""
     points = {end for cut in cuts for end in (math.floor(cut), math.ceil(cut))}
     if kind.high - kind.low < FEW:
         points = set(range(kind.low, kind.high + 1))
@@ -54,7 +54,7 @@ def _of_int(kind: Int, cuts: Iterable[Fraction], present: int) -> Iterator[Inter
 
 
 def _of_real(kind: Real, cuts: Iterable[Fraction], present: float) -> Iterator[Interval]:
-    """Yield the intervals of a real; the doubles themselves are compared, so every cut is one or lies between two."""
+    """Yield the intervals of a real; cuts are rounded to doubles, which is what is compared."""
     points = sorted({point for point in map(float, cuts) if kind.low <= point <= kind.high})
     low, closed = kind.low, math.isfinite(kind.low)
     for point in points:
@@ -65,7 +65,7 @@ def _of_real(kind: Real, cuts: Iterable[Fraction], present: float) -> Iterator[I
 
 
 def _between(low: float, high: float, low_closed: bool, high_closed: bool, present: float) -> Iterator[Interval]:
-    """Yield the interval between two ends, if a double lies there."""
+    """Yield the interval between two ends, unless it has no double."""
     first = low if low_closed else math.nextafter(low, math.inf)
     last = high if high_closed else math.nextafter(high, -math.inf)
     if first > last:

@@ -1,4 +1,4 @@
-"""What a quantity could have been instead: for each option the state and the event with nothing else changed."""
+"""Interventions: for each other value of a quantity, the state and the event with nothing else changed."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,15 +17,15 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value, least
 from exover.model.wording import named_text, slot_text, value_text
 
 COMBINATIONS = 12
-"""Arguments that are tried for one imagined slot or past, at most."""
+"""The most combinations of arguments that are tried for one slot or past."""
 
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
     """One change: `subject` and `predicate` in words ("nd.speed", "were 0.3"), and the state and event after it.
 
-    `interval` is there for a number; options of one quantity with neighbouring intervals can be told as one. `whole` is
-    the text of all options of a quantity that have it, whatever the arguments.
+    `interval`: of a number, else None; options of one quantity with adjacent intervals can be told as one. `whole`: the
+    text for all options of a quantity with this text together, whatever the arguments.
     """
 
     subject: str
@@ -38,16 +38,16 @@ class Intervention:
 
     @property
     def text(self) -> str:
-        """The change as it follows `if`."""
+        """The change in words, to follow `if`."""
         return f"{self.subject} {self.predicate}"
 
     def meets(self, other: "Intervention") -> bool:
-        """Return whether both are numbers, with no number between them."""
+        """Return whether both are intervals of a number, and the other follows this one with no number between."""
         return self.interval is not None and other.interval is not None and self.interval.meets(other.interval)
 
 
 def merged(first: Intervention, last: Intervention) -> str:
-    """Return the text of all options of a number from one to another."""
+    """Return the text of all options of a number from `first` to `last`."""
     if first.interval is None or last.interval is None or first.type is None:
         return first.text
     return f"{first.subject} were {described(first.interval, last.interval, first.type)}"
@@ -55,7 +55,7 @@ def merged(first: Intervention, last: Intervention) -> str:
 
 @dataclass(frozen=True)
 class Interventions:
-    """The options in a state and before an event; `mentions`: the comparisons that may turn."""
+    """The interventions in a state and an event; `mentions`: the comparisons whose truth an intervention may change."""
 
     model: Model
     state: State
@@ -63,7 +63,7 @@ class Interventions:
     mentions: tuple[Mention, ...]
 
     def of(self, quantity: Factor) -> Iterator[Intervention]:
-        """Yield what the quantity could have been instead, numbers in ascending order."""
+        """Yield an intervention for each other value of the quantity, numbers in ascending order."""
         name = quantity.name
         match quantity.kind:
             case "given":
@@ -97,7 +97,7 @@ class Interventions:
         return Int(0, self.model.resource[name].capacity) if name in self.state.levels else Bool()
 
     def _values(self, subject: str, key: ValueKey, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
-        """Yield the other values to try, of a number one for each interval, with options that change nothing yet."""
+        """Yield each other value, of a number one per interval, with an intervention that does not apply it yet."""
         match kind:
             case Bool() | Enum():
                 values: tuple[Value, ...] = (False, True) if isinstance(kind, Bool) else kind.values
@@ -122,7 +122,7 @@ class Interventions:
         return found
 
     def _given(self, quantity: Factor) -> Iterator[Intervention]:
-        """Yield other values that the event could have brought."""
+        """Yield the interventions on a value that the event carries."""
         name, index, event = quantity.name, quantity.index, self.event
         match event:
             case Ask(args=old):
@@ -146,7 +146,7 @@ class Interventions:
     # ---- slots and pasts ----
 
     def _slot(self, name: str, index: int) -> Iterator[Intervention]:
-        """Yield the slot as idle, or as running, with every combination of arguments that is told apart."""
+        """Yield the slot as idle, and with other arguments, or if it is idle as running with each combination."""
         slot, called = self.state.slots[name][index], slot_text(self.model, name, index)
         params = self.model.request[name].params
         if slot is not None:
@@ -169,7 +169,7 @@ class Interventions:
             yield Intervention(f"past({name})", predicate, self.state.with_past(name, values), self.event, whole=whole)
 
     def _arguments(self, name: str, fields: tuple[Parameter, ...], present: Args | None) -> Iterator[tuple[Args, str]]:
-        """Yield arguments other than the present ones, and in words those that are read."""
+        """Yield other arguments than the present ones, with the words for those that some comparison reads."""
         columns: list[list[Value]] = []
         read = [self._is_read(name, field.name) for field in fields]
         for index, field in enumerate(fields):

@@ -1,7 +1,7 @@
-"""The reference interpreter, watched: for each action of a step, the moment in which it was decided.
+"""The reference interpreter with a log: for each action of a step, the decision or recovery that caused it.
 
-The interpreter itself runs, so no second reading of docs/language.md can differ from the first; what is added here
-only notes where its actions came from.
+The interpreter itself runs, so there is no second implementation of docs/language.md that could differ; what is added
+here only logs where its actions come from.
 """
 
 from dataclasses import field
@@ -16,7 +16,7 @@ from exover.model.state import SlotId, State
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """A newcomer was decided in this state; `required`: the launch rule that asked; `again`: it stood in its place."""
+    """A decision on a newcomer in a state; `required`: the launch rule that asks for it; `again`: it stood waiting."""
 
     state: State
     request: Request
@@ -28,7 +28,7 @@ class Decided:
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """Slots were killed to restore a rule; the state is that before it."""
+    """Slots that were killed to restore a rule, and the state before."""
 
     state: State
     slots: tuple[SlotId, ...]
@@ -40,7 +40,7 @@ Cause = Decided | Recovered
 
 @dataclass(slots=True)
 class Log:
-    """What is remembered of the step: the cause of each action by its index, and what is going on."""
+    """The log of a step: by index of an action its cause; by request its last decision; what the step is doing."""
 
     causes: dict[int, Cause] = field(default_factory=dict)
     decided: dict[str, Decided] = field(default_factory=dict)
@@ -56,7 +56,7 @@ class StepRecorder(Reference):
     log: Log = field(default_factory=Log, compare=False)
 
     def decide(self, state: State, request: Request, args: Args) -> Decision:
-        """Return what is done with the newcomer, and note it."""
+        """Return the decision on a newcomer, and log it."""
         decision = super().decide(state, request, args)
         self.log.decided[request.name] = Decided(
             state, request, args, decision, self.log.required, again=self.log.settling
@@ -64,7 +64,7 @@ class StepRecorder(Reference):
         return decision
 
     def _note(self, before: Step, after: Step, cause: Cause | None) -> Step:
-        """Give the actions that came to be between two steps this cause, unless they have one."""
+        """Log the cause of the actions that `after` has more than `before`, unless they have one; return `after`."""
         if cause:
             for index in range(len(before.actions), len(after.actions)):
                 self.log.causes.setdefault(index, cause)
@@ -111,7 +111,7 @@ class StepRecorder(Reference):
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """A step: the state before and after it, and its actions, each with its cause if it has one."""
+    """A step with its log: the states before and after it, and its actions, each with its cause if it has one."""
 
     before: State
     after: State
@@ -120,7 +120,7 @@ class Watched:
 
 
 def watch(reference: Reference, state: State, event: Event) -> Watched:
-    """Return the step that the reference takes, watched."""
+    """Return the step that the reference interpreter takes, with the causes of its actions."""
     witness = StepRecorder(reference.model)
     after, actions = witness.step(state, event)
     causes = witness.log.causes

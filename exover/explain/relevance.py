@@ -1,4 +1,4 @@
-"""What an answer may depend on: the conditions that were in question, and the quantities that they read."""
+"""What an answer may depend on: the conditions that decided it, and the quantities that they read."""
 
 from collections.abc import Collection, Iterable, Iterator
 from fractions import Fraction
@@ -32,12 +32,12 @@ from exover.model.types import Value
 
 Kind = Literal["given", "reading", "level", "slot", "place", "past", "last"]
 ValueKey = tuple[str, str]
-"""A parameter or result by its request and name; a reading or level by "" and its name."""
+"""The request and the name of a parameter or result; "" and the name of a reading or level."""
 
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """One thing that could have been otherwise; `index`: of the slot, or of what an event gives."""
+    """A quantity on which an answer may depend; `index`: of a slot, or of a value that the event carries."""
 
     kind: Kind
     name: str
@@ -46,7 +46,7 @@ class Factor:
 
 @dataclass(frozen=True, slots=True)
 class Mention:
-    """A comparison in a condition on `subject`, in which `self` means `own`."""
+    """A comparison in a condition over the parameters of request `subject`; `self` refers to request `own`."""
 
     compare: Compare
     subject: str
@@ -55,7 +55,7 @@ class Mention:
 
 @dataclass(frozen=True)
 class Relevance:
-    """Conditions with the requests whose parameters they read, and everything that they name."""
+    """Conditions, each with the request whose parameters it reads (or ""), and all that they and their rules read."""
 
     conditions: tuple[tuple[Cond, str], ...]
     reads: frozenset[Read]
@@ -89,8 +89,8 @@ def _mentions(cond: Cond, subject: str, own: str) -> Iterator[Mention]:
 def concern_of(reference: Reference, state: State, event: Event, actions: Iterable[Action]) -> Relevance:
     """Return what the answer to an event may depend on.
 
-    For an ask: what decides its request. Otherwise what the rules and requests of the actions read; without any action,
-    everything that could have led to one.
+    For an ask: what decides its request. Otherwise what the rules and requests of the actions read; if there are none,
+    what any rule, launch rule or waiting request reads.
     """
     model = reference.model
     requests, rules = _spoken(model, actions)
@@ -113,7 +113,7 @@ def concern_of(reference: Reference, state: State, event: Event, actions: Iterab
 
 
 def concern_of_names(model: Model, state: State, names: Iterable[str]) -> Relevance:
-    """Return what the rules, guards, resources and launch rules of these names read."""
+    """Return the conditions of the rules, guards, resources and launch rules of these names, and what they read."""
     return _concern(model, state, *_of_names(model, frozenset(names)))
 
 
@@ -121,7 +121,7 @@ Conditions = list[tuple[Cond, str]]
 
 
 def _of_names(model: Model, names: Collection[str]) -> tuple[Conditions, set[Read]]:
-    """Return the conditions of these names and what their rules read besides."""
+    """Return the conditions of the items of these names, and what the rules and resources among them read besides."""
     found: Conditions = [(launch.condition, "") for launch in model.launches if launch.name in names]
     for request in model.requests:
         found += [(guard.condition, request.name) for guard in request.guards if guard.name in names]
@@ -138,7 +138,7 @@ def _concern(model: Model, state: State, conditions: Conditions, named: set[Read
 
 
 def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]]:
-    """Return the requests that were decided, and the rules that killed, launched or could not be restored."""
+    """Return the requests that were decided, and the rules that the actions name."""
     requests: set[str] = set()
     rules: set[str] = set()
     for action in actions:
@@ -159,7 +159,7 @@ def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]
 
 
 def _spread(model: Model, state: State, named: set[Read]) -> set[Read]:
-    """Return what is named, who holds it, what latches follow, and the places of what is being cleared for."""
+    """Return the reads, and those on which they depend: users of resources, conditions of latches, clearing places."""
     found = set(named)
     for latch in model.latches:
         if Read("reading", latch.name) in found:
@@ -174,7 +174,7 @@ def _spread(model: Model, state: State, named: set[Read]) -> set[Read]:
 
 
 def quantities(model: Model, state: State, event: Event, concern: Relevance) -> tuple[Factor, ...]:
-    """Return the quantities that were read: what the event gives first, then each kind in the order of the spec."""
+    """Return the quantities that are read: first the values of the event, then each kind in the order of the spec."""
     found: list[Factor] = []
     match event:
         case Ask(name, args):
@@ -204,10 +204,10 @@ def quantities(model: Model, state: State, event: Event, concern: Relevance) -> 
 
 
 def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], key: ValueKey) -> set[Fraction]:
-    """Return the values of a number at which some comparison turns, all else being as it is.
+    """Return the values of a number at which the truth of some comparison changes, all else being equal.
 
-    A comparison with parameters of a request turns for each of the arguments that it holds somewhere. What the event
-    observes counts as read already.
+    A comparison with parameters of a request has a cut for each tuple of arguments that the request holds. The value
+    that the event observes is taken as read already.
     """
     if isinstance(event, Observe):
         level = event.name in state.levels
@@ -240,7 +240,7 @@ def _held(model: Model, state: State, event: Event, name: str) -> list[dict[str,
 
 
 def _linear(term: ModelTerm, sign: int) -> Iterator[tuple[int, ModelTerm]]:
-    """Yield the leaves of a term with their factors; a constant summand is a leaf."""
+    """Yield the leaves of a linear term with their factors; the constant summand is a leaf."""
     match term:
         case Sum(constant, terms):
             yield sign, Const(constant)
@@ -263,7 +263,7 @@ def _key(mention: Mention, term: ModelTerm) -> ValueKey | None:
 
 
 def _number(model: Model, state: State, term: ModelTerm, scope: Scope) -> Fraction:
-    """Return the value of a leaf as a number; nought if it has none there."""
+    """Return the value of a leaf as a number; 0 if it has none in this scope, or is no number."""
     if (isinstance(term, Param) and term.name not in scope.params) or (
         isinstance(term, Own) and term.name not in scope.own
     ):

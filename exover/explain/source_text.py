@@ -1,4 +1,4 @@
-"""What rules and clauses look like in the text of a spec, by where they begin."""
+"""The texts of the rules and clauses of a spec, by their locations."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from exover.syntax.includes import gather, parts_of
 
 
 def written(source: Source) -> dict[Location, str]:
-    """Return the rules, clauses and resources of a spec without mistakes, one line each, by where the model says."""
+    """Return rules, clauses and resources of a spec without mistakes, a line each, by their locations in the model."""
     spec = gather(source, parts_of(source)).spec
     found = _texts(spec) if spec else iter(())
     return {Location(*source.place(span.start)): text for span, text in found}
@@ -26,7 +26,7 @@ def _texts(spec: tree.Spec) -> Iterator[tuple[Span, str]]:
             case tree.Context(clauses=clauses):
                 yield from ((clause.span, format_clause(clause)) for clause in clauses)
             case tree.Resource():
-                # A renewable one stands among the rules, a consumable among the resources, where its name is.
+                # The model has a renewable one as a rule, at its start; a consumable as a resource, at its name.
                 yield item.name.span if item.consumable else item.span, format_resource(item)
             case tree.Mutex() | tree.MutexOver() | tree.Limit() | tree.Forbid() | tree.Launch():
                 yield item.span, format_rule(item)

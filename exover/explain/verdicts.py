@@ -1,4 +1,4 @@
-"""What each rule, guard and resource said in a decision, in recovering, and of what could not be restored."""
+"""The verdict of each rule, guard and resource in a decision, in a recovery, and on a rule that is not restored."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -19,7 +19,7 @@ NOW = "as things are"
 
 @dataclass(frozen=True)
 class RuleVerdicts:
-    """The verdicts of a model; `written`: what stands in the spec at a place."""
+    """Computes the verdicts of a model; `written`: the text of each item in the spec, by its location."""
 
     reference: Reference
     written: Mapping[Location, str]
@@ -27,9 +27,9 @@ class RuleVerdicts:
     # ---- decisions ----
 
     def of_decision(self, decided: Decided) -> tuple[RuleVerdict, ...]:
-        """Return what every guard, resource and rule in question said of a newcomer, in the order of the text.
+        """Return the verdict of every guard, resource and rule in question on a newcomer, in the order of the text.
 
-        Empty if there is none: the request is busy.
+        Empty if the request is busy, so that nothing is decided.
         """
         newcomer = self.reference.newcomer(decided.state, decided.request, decided.args)
         if newcomer is None:
@@ -52,7 +52,7 @@ class RuleVerdicts:
         return self._verdict(guard, demand, moment, facts)
 
     def _of_consumptions(self, decided: Decided, newcomer: NewcomerStates) -> list[tuple[int, RuleVerdict]]:
-        """Return a verdict for each resource that the newcomer consumes, at its first clause that counts."""
+        """Return a verdict for each resource that the newcomer consumes, placed at its first clause that applies."""
         model, state, request = self.reference.model, newcomer.state, decided.request
         scope = Scope(bind(request.params, decided.args))
         found = []
@@ -68,7 +68,7 @@ class RuleVerdicts:
         return found
 
     def _of_rule(self, index: int, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
-        """Return what the rule in question of this index said: while slots were cleared, and in the end."""
+        """Return the verdict of the rule in question at `index`: that in the end, or `clear` if it cleared slots."""
         reference, instance = self.reference, newcomer.questions[index]
         so_far, with_it = (self._cleared(newcomer, count) for count in (index, index + 1))
         early, final = newcomer.launched.idle(so_far), newcomer.launched.idle(newcomer.cleared)
@@ -87,7 +87,7 @@ class RuleVerdicts:
         return self._rule_verdict(crowd, instance, demand, scene.without(newcomer.cleared))
 
     def _cleared(self, newcomer: NewcomerStates, count: int) -> tuple[SlotId, ...]:
-        """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
+        """Return C after the first `count` rules in question; empty if C is empty in the end."""
         if not newcomer.cleared:
             return ()
         return tuple(self.reference.clear(newcomer.launched, newcomer.slot, newcomer.questions[:count]))
@@ -104,9 +104,9 @@ class RuleVerdicts:
                 return "dismiss"
 
     def _attempts(self, state: State, instance: Instance, newcomer: SlotId | None) -> tuple[Attempt, ...]:
-        """Return the remedies of a rule up to the one that is chosen, none if the rule is not broken.
+        """Return the remedies of a rule up to the one that is chosen; empty if the rule is not broken.
 
-        Without a newcomer only a kill can be chosen.
+        Without a newcomer, in a recovery, only a kill can be chosen.
         """
         if not self.reference.true_either_way(state, instance):
             return ()
@@ -138,7 +138,7 @@ class RuleVerdicts:
         return ", ".join(self._named(slot) for slot in slots)
 
     def _named(self, slot: SlotId) -> str:
-        """Return a slot in words; one past the last is imagined."""
+        """Return a slot in words; an index past the last slot is that of the newcomer."""
         name, index = slot
         inside = index < self.reference.model.request[name].instances
         return slot_text(self.reference.model, name, index) if inside else f"one more {name}"
@@ -146,17 +146,17 @@ class RuleVerdicts:
     # ---- recovering and violations ----
 
     def of_recovery(self, recovered: Recovered) -> tuple[RuleVerdict, ...]:
-        """Return what the rule said for which slots were killed."""
+        """Return the verdict of the rule for which slots were killed; at most one."""
         return self._broken(recovered.state, recovered.reason.rule, "kill", recovered.slots)[:1]
 
     def of_violation(self, state: State, rule: str) -> tuple[RuleVerdict, ...]:
-        """Return what the rule of this name says of the state that could not be mended."""
+        """Return the verdicts of the rules of this name on a state in which they could not be restored."""
         return self._broken(state, rule, "violation", None)
 
     def _broken(
         self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None
     ) -> tuple[RuleVerdict, ...]:
-        """Return the verdicts of the rules of this name that a state breaks; with `slots`, of those that end these."""
+        """Return the verdicts of the rules of this name that a state breaks; with `slots`, of those that kill these."""
         found: list[RuleVerdict] = []
         stopped = state.once_stopped()
         for rule in self.reference.model.rules:
@@ -172,7 +172,7 @@ class RuleVerdicts:
         return tuple(found)
 
     def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:
-        """Return what the rules of these names say of a state in which none of them is broken."""
+        """Return the verdicts of the rules of these names on a state in which none of them is broken."""
         wanted, scene = frozenset(names), ImaginedScene({}, NOW)
         return tuple(
             self._rule_verdict(state, instance, "nothing", scene)
@@ -184,7 +184,7 @@ class RuleVerdicts:
     # ---- verdicts ----
 
     def of_launch(self, launch: Launch, state: State) -> RuleVerdict:
-        """Return what a launch rule says of a state."""
+        """Return the verdict of a launch rule on a state: `launch` iff its condition holds, else `nothing`."""
         facts = Facts(self.reference.model, state).of(launch.condition)
         demand: Demand = "launch" if holds(self.reference.model, state, launch.condition) else "nothing"
         return self._verdict(launch, demand, NOW, facts)
@@ -207,7 +207,7 @@ class RuleVerdicts:
         own = (facts.active(slot),) if slot and demand != "nothing" else ()
         if slot:
             content = state.slots[slot[0]][slot[1]]
-            if content is None:  # of who is idle a rule is not true, and has no arguments
+            if content is None:  # a rule is false of an idle slot, which has no arguments
                 return self._verdict(instance.rule, demand, moment, (facts.active(slot),), attempts)
             scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
         return self._verdict(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
@@ -222,7 +222,7 @@ class RuleVerdicts:
 
 @dataclass(frozen=True, slots=True)
 class ImaginedScene:
-    """The imagined part of a moment: whom the imagined slots hold, and the words for it."""
+    """The hypothetical part of a moment: the words for what is in each slot that is imagined, and for the moment."""
 
     imagined: Mapping[SlotId, str]
     moment: str
