@@ -1,4 +1,4 @@
-"""The changes between two versions, each run answered anew by the reference interpreters of both."""
+"""The changes of answers between two versions, each shown by a run that both reference interpreters replay."""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -26,11 +26,11 @@ def differences(
     progress: Callable[[str], None],
     time: Allowance = UNLIMITED,
 ) -> tuple[tuple[Difference, ...], tuple[Undecided, ...]]:
-    """Return the changes that some run shows, each with a run, and those of which that is not known.
+    """Return the changes that some run shows, each with such a run, and the changes that are undecided.
 
-    `abc`: the program of Berkeley ABC, empty if it is not to help. Raises `Disagreement` if the reference interpreters
-    do not answer a run as the engine says. When the time is over, what is known is returned; that run shows nothing
-    then, for it was not seen that its passes are enough.
+    `abc`: the program of Berkeley ABC, empty if it is not to be used. Raises `Disagreement` if the reference
+    interpreters do not answer a run as the engine says. When the time is over what is known is returned, and such a run
+    counts as undecided: it was not proved yet that the circuit has enough passes.
     """
     shown, undecided = [], []
     sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
@@ -55,7 +55,7 @@ def differences(
 def _plainly(
     versions: Versions, sides: tuple[PlainRuns, PlainRuns], change: AnswerChange, events: Sequence[Both]
 ) -> tuple[CommonStep, ...]:
-    """Return a run as both versions answer it, with plain numbers if it shows the change so, too."""
+    """Return a run as both versions answer it, with plain numbers in place of others if it still shows the change."""
     given = replayed(versions, change, events)
     with suppress(Disagreement):
         return replayed(versions, change, [plain_pair(sides, both) for both in events])
@@ -63,8 +63,8 @@ def _plainly(
 
 
 def replayed(versions: Versions, change: AnswerChange, events: Iterable[Both]) -> tuple[CommonStep, ...]:
-    """Return a run as both versions answer it; raises `Disagreement` unless its last step is the first that differs,
-    by the change that it is to show."""
+    """Return a run as both versions answer it; raises `Disagreement` unless its last step is the first in which they
+    differ, and differs by `change`."""
     references = Reference(versions.old), Reference(versions.new)
     states = [reference.start() for reference in references]
     steps: list[CommonStep] = []
@@ -89,7 +89,7 @@ def replayed(versions: Versions, change: AnswerChange, events: Iterable[Both]) -
 
 
 def judged(old: Iterable[Finding], new: Iterable[Finding]) -> tuple[PropertyChange, ...]:
-    """Return what became of the properties, of those that have not the same verdict in both or are unknown."""
+    """Return the properties whose verdicts differ, or of which one is unknown; `none` if a version lacks it."""
     mine, its = ({each.subject: each for each in found} for found in (old, new))
     found = []
     for name in dict.fromkeys((*its, *mine)):

@@ -1,6 +1,6 @@
-"""What one step does with each request, and which changes that is from one version to another: the meaning.
+"""The deeds of a step, what it does with each request, and the definition of the changes between two versions.
 
-A required launch that is refused is rejected in every step that refuses it, also where that is not answered again.
+A refused required launch is a rejection in every step that refuses it, also where that is not answered again.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,9 +21,9 @@ Named = frozenset[tuple[str, Value]]
 
 @dataclass(frozen=True, slots=True)
 class Deeds:
-    """What a step does with a request: by slot what it launches, what it kills, the arguments that it rejects.
+    """What a step does with a request: launches by slot and arguments, slots that it kills, arguments that it rejects.
 
-    `put`: whether it puts something into the waiting place; `standing`: what stands there then.
+    `put`: whether it puts something into the waiting place; `standing`: the arguments there after it, None if empty.
     """
 
     launched: frozenset[tuple[int, Named]]
@@ -35,7 +35,7 @@ class Deeds:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a step does: by request as this version calls it, and whether it breaks a rule that no remedy restores."""
+    """A step: the state after it, its deeds by the name of the request in this version, whether it has a violation."""
 
     after: State
     deeds: dict[str, Deeds]
@@ -44,7 +44,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Noting(Reference):
-    """The reference interpreter, which notes the arguments of what it rejects: the answers do not carry them."""
+    """The reference interpreter, recording the arguments of what it rejects: answers do not carry them."""
 
     rejected: list[tuple[str, Args]] = field(default_factory=list)
 
@@ -76,7 +76,7 @@ class Noting(Reference):
 
 
 def done(reference: Reference, before: State, event: Event | None) -> Done:
-    """Return what a step does; None: nothing comes, and nothing is done."""
+    """Return the step by an event; None: no event, so that nothing is done."""
     if event is None:
         return Done(before, dict(_deeds(reference, before, (), ())), False)
     noting = Noting(reference.model)
@@ -108,7 +108,7 @@ def _named(request: Request, args: Args) -> Named:
 
 
 def changes_of(versions: Versions, old: Done, new: Done) -> Iterator[AnswerChange]:
-    """Yield the changes that a step shows that OLD and NEW have done so."""
+    """Yield the changes of answers between the steps `old` and `new`."""
     for before, request in versions.requests:
         mine, its = old.deeds[before.name], new.deeds[request.name]
         gained, lost = _only(its, mine), _only(mine, its)
@@ -124,7 +124,7 @@ def changes_of(versions: Versions, old: Done, new: Done) -> Iterator[AnswerChang
 
 
 def _only(mine: Deeds, other: Deeds) -> tuple[bool, ...]:
-    """Return whether one version does what the other does not, in the order of `DEED_KINDS`."""
+    """Return for each of `DEED_KINDS`, in order, whether `mine` does something that `other` does not."""
     return (
         bool(mine.rejected - other.rejected),
         bool(mine.launched - other.launched),

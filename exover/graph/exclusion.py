@@ -1,4 +1,4 @@
-"""Which requests a rule keeps from being active together: pairs, and the members of limits and resources."""
+"""Mutual exclusion: pairs of requests that a rule keeps from being active together; members of limits and resources."""
 
 from collections.abc import Iterator
 from itertools import combinations, product
@@ -13,7 +13,7 @@ from exover.ocrd.conflicts import pair
 
 
 class Exclusion(NamedTuple):
-    """Two requests, or one with itself; `sometimes`: only with some arguments, or where something else reads so."""
+    """Two requests, or one with itself; `sometimes`: only for some arguments, or in some states."""
 
     first: str
     second: str
@@ -22,7 +22,7 @@ class Exclusion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A request with its share of what a limit or a resource has: at least, and at most, as its arguments are."""
+    """A request with its share of the capacity of a limit or resource: the least and the most, over its arguments."""
 
     request: str
     least: int
@@ -64,7 +64,7 @@ def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
 
 
 def _crowded(found: tuple[Member, ...], model: Model) -> Iterator[Exclusion]:
-    """Yield the members of which two take more than there is."""
+    """Yield the pairs of members that together exceed the capacity."""
     several = ((one, one) for one in found if model.request[one.request].instances > 1)
     for one, other in (*several, *combinations(found, 2)):
         if one.most + other.most > one.capacity:
@@ -72,7 +72,7 @@ def _crowded(found: tuple[Member, ...], model: Model) -> Iterator[Exclusion]:
 
 
 def _together(cond: Cond, model: Model) -> Iterator[tuple[str, str]]:
-    """Yield the requests of which a condition needs one each to be active, where it holds by some of its parts."""
+    """Yield the pairs of requests that, active together, may make a condition true."""
     match cond:
         case Or(parts):
             for part in parts:

@@ -1,6 +1,6 @@
-"""What the requests of a spec do to each other, by which rules, as a graph (docs/commands.md, `exover graph`).
+"""The graph of interactions between the requests of a spec, with the rules (docs/commands.md, `exover graph`).
 
-Everything is read from the model, whatever can be reached: an edge says what the rules say.
+It is read from the rules alone: whether a state in which an edge matters is reachable is not asked.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -18,15 +18,15 @@ from exover.ocrd.conflicts import pair
 InteractionKind = Literal["excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"]
 KINDS: tuple[InteractionKind, ...] = get_args(InteractionKind)
 ALWAYS = "true"
-"""What launches where the condition of a launch rule reads nothing."""
+"""The participant that launches if the condition of a launch rule reads nothing."""
 
 READ_AS = {"resource": "level", "poster": "reading", "state": "reading", "latch": "reading"}
-"""How a condition reads a participant that is no request; whatever else it reads is of requests."""
+"""By kind of participant, the kind of read of it; all other reads are of requests."""
 
 
 @dataclass(frozen=True, slots=True)
 class Participant:
-    """A request, or what it depends on, by its full name, and what is written on it."""
+    """A node of the graph: a request, or something that a request depends on; `text`: its label."""
 
     name: str
     kind: Literal["request", "poster", "state", "latch", "resource", "limit", "always"]
@@ -34,21 +34,21 @@ class Participant:
 
     @property
     def id(self) -> str:
-        """What no other participant has: a poster may bear the name of a request."""
+        """A unique name; `name` is not unique, since a poster may have the name of a request."""
         return self.name if self.kind == "request" else f"{self.kind} {self.name}"
 
     @property
     def module(self) -> str:
-        """The module that declares it; empty if it stands outside modules."""
+        """The module that declares it; empty if it is declared outside modules."""
         inside = self.kind in ("request", "poster", "state") and "." in self.name
         return self.name.partition(".")[0] if inside else ""
 
 
 @dataclass(frozen=True, slots=True)
 class Interaction:
-    """An edge, by the ids of its participants, with the rules that make it so in the order of the text.
+    """An edge between the ids of two participants, with the rules that are the reason, in the order of the text.
 
-    `excludes` and `shares` have no direction. `sometimes`: whether it is so depends on arguments or readings.
+    `excludes` and `shares` have no direction. `sometimes`: it depends on arguments or readings.
     """
 
     kind: InteractionKind
@@ -60,7 +60,7 @@ class Interaction:
 
 @dataclass(frozen=True, slots=True)
 class InteractionGraph:
-    """All requests and what takes part in an interaction with them, and the interactions, in the order of the text."""
+    """All requests, the other participants that have an edge, and the edges, in the order of the text."""
 
     name: str
     participants: tuple[Participant, ...]
@@ -77,7 +77,7 @@ def interactions(model: Model, kinds: Collection[InteractionKind] = KINDS) -> In
 
 
 def _merged(edges: Iterable[Interaction]) -> Iterator[Interaction]:
-    """Yield edges, those that differ in their rules alone as one."""
+    """Yield the edges; those that differ in their rules alone are one edge with all these rules."""
     rules: dict[tuple[InteractionKind, str, str, bool], dict[str, None]] = {}
     for edge in edges:
         key = edge.kind, edge.source, edge.target, edge.sometimes
@@ -93,7 +93,7 @@ class InteractionFinder:
     model: Model
 
     def all(self) -> Iterator[Interaction]:
-        """Yield every edge, kind by kind; several may differ in their rules alone."""
+        """Yield every edge, kind by kind; edges may differ in their rules alone."""
         yield from chain.from_iterable(map(self._excluded, self._exclusions))
         yield from self._shares()
         yield from self._constrained()
@@ -128,7 +128,7 @@ class InteractionFinder:
         return tuple((rule, exclusion) for rule in self.model.rules for exclusion in exclusions(rule, self.model))
 
     def _excluded(self, found: tuple[Rule, Exclusion]) -> Iterator[Interaction]:
-        """Yield who interrupts whom, or else that they exclude each other."""
+        """Yield the edges `interrupts` of an exclusion, or if its rule kills neither, the edge `excludes`."""
         rule, (first, second, sometimes) = found
         ended = killed(rule)
         directed = {(a, b): None for a, b in ((first, second), (second, first)) if b in ended}
@@ -139,7 +139,7 @@ class InteractionFinder:
 
     @cached_property
     def _limits(self) -> tuple[tuple[Rule, Member], ...]:
-        """The limits of which some members may be active together, each told once."""
+        """The limits with a capacity above 1, each with its first member."""
         found = ((rule, members(rule, self.model)) for rule in self.model.rules if rule.kind == "limit")
         return tuple((rule, member[0]) for rule, member in found if member and member[0].capacity > 1)
 
@@ -158,7 +158,7 @@ class InteractionFinder:
     # ---- what else decides ----
 
     def _constrained(self) -> Iterator[Interaction]:
-        """Yield what guards that reject read, and what rules read besides who is active."""
+        """Yield the edges `constrains`: from what guards that reject read, and what rules read besides activity."""
         for request in self.model.requests:
             for guard in request.guards:
                 if guard.kind == "check":
@@ -171,7 +171,7 @@ class InteractionFinder:
                 yield from self._depends("constrains", self.model.request[name], rule, rest)
 
     def _woken(self) -> Iterator[Interaction]:
-        """Yield what decides anew about a request that waits: what the guard or rule reads that made it wait."""
+        """Yield the edges `wakes`: from what a guard, rule or resource reads for which a request may wait."""
         asked = in_question(self.model)
         for request in self.model.requests:
             for guard in request.guards:
@@ -187,14 +187,14 @@ class InteractionFinder:
     def _depends(
         self, kind: InteractionKind, request: Request, why: Guard | Rule, named: frozenset[Read]
     ) -> Iterator[Interaction]:
-        """Yield an edge from each thing read to the request; its own activity counts where it has several slots."""
+        """Yield an edge from each participant read; from the request itself only if two of its slots can matter."""
         alone = request.instances == 1 and not (isinstance(why, Rule) and pair(why) == (request.name, request.name))
         for source in self._sources(named):
             if source != request.name or not alone:
                 yield Interaction(kind, source, request.name, (why.name,))
 
     def _set(self) -> Iterator[Interaction]:
-        """Yield who changes states, pasts, levels and latches, and when."""
+        """Yield the edges `sets`: from what changes states, pasts, levels and latches, with the occasion."""
         for request in self.model.requests:
             for moment in ("launch", "ok", "failed", "interrupted"):
                 for effect in getattr(request, f"on_{moment}"):
@@ -217,7 +217,7 @@ class InteractionFinder:
             yield Interaction("sets", reset, f"latch {latch.name}", ("until",))
 
     def _sources(self, named: frozenset[Read]) -> tuple[str, ...]:
-        """Return the participants whose change changes what is read, in the order of the text."""
+        """Return the ids of the participants on which these reads depend, in the order of the text."""
         shared = {read.name for read in named if read.kind == "used"}
         users = {r.name for r in self.model.requests if any(share.resource in shared for share in r.shares)}
         other = READ_AS.values()
@@ -227,5 +227,5 @@ class InteractionFinder:
 
     @cached_property
     def _places(self) -> dict[tuple[str, str], int]:
-        """Where participants stand, by how conditions read them."""
+        """The index of each participant, by the kind and name of its read."""
         return {(READ_AS.get(each.kind, each.kind), each.name): at for at, each in enumerate(self.participants)}

@@ -6,7 +6,7 @@ from exover.graph.interactions import Interaction, InteractionGraph
 from exover.graph.words import by_module, told
 
 MAX_EDGES = 500
-"""Edges of a graph that Mermaid draws, unless the page that draws it is set up otherwise."""
+"""The most edges of a graph that Mermaid draws by default."""
 SHAPES = {
     "request": ("[", "]"),
     "poster": ("([", "])"),
@@ -25,7 +25,7 @@ LINES = {
     "wakes": ("-->", "-.->"),
     "sets": ("--o", "-.-o"),
 }
-"""What is always so, and what depends on arguments or readings."""
+"""By kind, the arrow of an edge that always holds, and of one that depends on arguments or readings."""
 
 
 def render(graph: InteractionGraph) -> str:

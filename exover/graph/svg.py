@@ -8,7 +8,7 @@ from exover.engines.process import NotRunnable, run
 
 PROGRAM = "dot"
 PATIENCE = 60.0
-"""Seconds for a layout: of thousands of edges it may take for ever."""
+"""The seconds for a layout, which may not end for thousands of edges."""
 
 
 def find() -> str:
@@ -20,7 +20,7 @@ def find() -> str:
 
 
 def draw(text: str) -> str:
-    """Return the drawing. Raises `NotRunnable` if Graphviz is missing or fails, and `TimeoutError`."""
+    """Return a DOT text as SVG. Raises `NotRunnable` if Graphviz is missing or fails, and `TimeoutError`."""
     program = find()
     with TemporaryDirectory(prefix="exover-") as folder:
         Path(folder, "graph.dot").write_text(text, encoding="utf-8")

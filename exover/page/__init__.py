@@ -1,1 +1,1 @@
-"""A report to look at: one HTML file that opens offline, with diagrams, runs and a simulator of the tables."""
+"""The HTML report: one file that opens offline, with diagrams, runs and a simulator of the tables."""

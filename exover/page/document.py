@@ -1,6 +1,6 @@
-"""What the page is told, as one JSON object: findings, runs, rules, who excludes whom, the tables with names for them.
+"""The data of the page as one JSON object: findings, runs, rules, the interaction graph, the tables with names.
 
-It is no interface: page and object come from one version of exover.
+It is no public interface: page and object are written by the same version of exover.
 """
 
 import json
@@ -28,17 +28,17 @@ from exover.report.text import last_line
 from exover.source import Source
 
 WORDS: tuple[FindingWord, ...] = ("violated", "unknown", "warning", "note", "ok")
-"""What is told of findings, the worst first; so runs stand."""
+"""The words for findings, the worst first: the order of the runs."""
 MOST_SOURCE = 200_000
-"""Characters of the longest spec, its parts counted, whose text is shown; a page has to stay below 2 MB."""
+"""The most characters of a spec, with its parts, whose text is shown; a page has to stay below 2 MB."""
 
 
 def document(summary: Summary, source: Source, tables: Tables | None, data: bytes, audit: Json | None = None) -> Json:
-    """Return the object for the findings of a spec, its text and its tables; `data`: their bytes.
+    """Return the object for the findings of a spec, its text and its tables; `data`: the bytes of the tables.
 
-    `audit`: what an audit of missions has found, as it prints it.
+    `audit`: the JSON object that `exover audit` has printed.
 
-    Without tables there is nothing to walk: `table` and `names` are null then.
+    Without tables, `table` and `names` are null.
     """
     model = summary.model
     runs = sorted((finding for finding in summary.findings if finding.trace), key=lambda each: WORDS.index(each.word))
@@ -64,7 +64,7 @@ def document(summary: Summary, source: Source, tables: Tables | None, data: byte
 
 
 def _figures(summary: Summary) -> list[list[str]]:
-    """Return how large spec and tables are, as pairs of words and figures."""
+    """Return the sizes of spec and tables, as pairs of a name and a figure."""
     figures, tables = summary.figures, summary.tables
     found: list[tuple[str, object]] = [("requests", figures.requests), ("rules", figures.rules)]
     if figures.state_bits is not None:
@@ -76,7 +76,7 @@ def _figures(summary: Summary) -> list[list[str]]:
 
 
 def _files(source: Source) -> list[Json] | None:
-    """Return the text of the spec and of the parts that it includes; None if they are too long to be shown."""
+    """Return the text of the spec and of the parts that it includes; None if they are longer than MOST_SOURCE."""
     if sum(len(each.text) for each in source.files) > MOST_SOURCE:
         return None
     return [{"name": each.name, "text": each.text} for each in source.files]
@@ -110,7 +110,7 @@ def _finding(summary: Summary, finding: Finding, runs: list[Finding]) -> Json:
 
 
 def _run(model: Model, number: int, finding: Finding) -> Json:
-    """Return a run as the lines of its events and answers: numbers of a line are exact, those of an object are not."""
+    """Return a run, its events and answers as JSON texts: as JSON numbers, JavaScript would round them."""
     trace = finding.trace
     assert trace
     return {
@@ -126,7 +126,7 @@ def _answers(model: Model, moments: Iterable[Moment]) -> Iterator[str]:
         yield answer_line(model, step, moment.actions)
 
 
-# ---- rules, and who excludes whom ----
+# ---- rules, and the interaction graph ----
 
 
 def _rule(rule: RuleText) -> Json:
@@ -191,8 +191,8 @@ def _names(words: Description) -> Json:
 
 
 def _roots(words: Description) -> Iterator[tuple[str, int]]:
-    """Yield events and questions with their nodes; of several of one name, as the slots of a `fail`, the second is
-    called `NAME (2)`.
+    """Yield the label and the root of each diagram; the second of one label, as for the slots of a `fail`, gets
+    `NAME (2)`.
     """
     seen: Counter[str] = Counter()
     for label, node in words.roots():

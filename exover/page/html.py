@@ -1,4 +1,4 @@
-"""The page put together: template, style, scripts and what it is told, in one file that loads nothing."""
+"""Puts the page together: template, style, scripts and data in one HTML file that loads nothing."""
 
 import json
 from base64 import b64encode
@@ -12,7 +12,7 @@ from typing import Any
 from exover.model.wire import escaped
 
 LIBRARY = "vendor/dagre.min.js"
-"""dagre (MIT, vendor/LICENSE) lays out what is drawn."""
+"""dagre (MIT, vendor/LICENSE) computes the layout of graphs."""
 SCRIPTS = (
     "tables.js",
     "exact.js",
@@ -33,19 +33,19 @@ SCRIPTS = (
     "simulator.js",
     "page.js",
 )
-"""The scripts in the order in which they are run; each stands on those before it."""
+"""The scripts in the order in which they are run; each may use those before it."""
 
 
 def render(document: Mapping[str, Any]) -> str:
-    """Return the page as HTML. Its policy lets nothing run but these scripts, and nothing be loaded at all."""
+    """Return the page as HTML; its Content-Security-Policy allows these scripts and no loading."""
     title = f"{document['spec']}: {document['verdict']}"
     return put_together(title, embedded(document), asset("assets/start.js"))
 
 
 def put_together(title: str, data: str, start: str, allowed: str = "", loads: str = "") -> str:
-    """Return a page that begins with the script `start`; `data` is there for it.
+    """Return a page whose last script is `start`, which finds `data` in the page.
 
-    `allowed` are further sources of scripts, `loads` further parts of the policy, each with its semicolon.
+    `allowed`: more sources of scripts; `loads`: more directives of the policy, each with its semicolon.
     """
     style = asset("assets/page.css")
     scripts = [asset(LIBRARY), *(asset(f"assets/{name}") for name in SCRIPTS), start]
@@ -64,13 +64,13 @@ def asset(name: str) -> str:
 
 
 def embedded(document: Mapping[str, Any]) -> str:
-    """Return an object as JSON that can stand in an element of HTML: no text of it begins a tag or a comment."""
+    """Return an object as JSON for an element of HTML: it has no `<`, so no text of it begins a tag or a comment."""
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return escaped(text).replace("<", "\\u003c")
 
 
 def _policy(scripts: list[str], style: str, allowed: str, loads: str) -> str:
-    """Return the Content-Security-Policy: these scripts and this style alone, by their hashes."""
+    """Return the Content-Security-Policy, which allows these scripts and this style by their hashes."""
     known = " ".join([*map(_hash, scripts), allowed]).strip()
     return (
         f"default-src 'none'; script-src {known}; style-src {_hash(style)}; {loads}"

@@ -1,4 +1,4 @@
-"""Everything that an answer can name: rules, guards, resources and launch rules, as the text has them."""
+"""The items that an answer can name, with their texts in the spec: rules, guards, resources and launch rules."""
 
 from collections.abc import Iterator, Mapping
 
@@ -8,7 +8,7 @@ from exover.model.model import Location, Model
 
 @dataclass(frozen=True, slots=True)
 class RuleText:
-    """A rule by its name: what it is, whose it is (a guard's request), its text in the spec, and why it is there."""
+    """A rule: name, kind, request (of a guard, launch rule or rule on a slot), text in the spec, reason, location."""
 
     name: str
     kind: str
@@ -19,8 +19,8 @@ class RuleText:
 
 
 def rules(model: Model, written: Mapping[Location, str]) -> tuple[RuleText, ...]:
-    """Return the rules of a model in the order of the text, launch rules last; of one name, such as the pairs of a
-    mutex, the first. `written` are the texts by where they begin."""
+    """Return the rules of a model in the order of the text, launch rules last; of those of one name, as the pairs of a
+    mutex, the first. `written`: the texts by location."""
     found = sorted(_placed(model, written), key=lambda item: item[0])
     launches = [
         RuleText(each.name, "launch", each.request, written.get(each.location), each.because, each.location)
@@ -31,7 +31,7 @@ def rules(model: Model, written: Mapping[Location, str]) -> tuple[RuleText, ...]
 
 
 def _placed(model: Model, written: Mapping[Location, str]) -> Iterator[tuple[int, RuleText]]:
-    """Yield guards, rules and what is said of consumables with their places; a consumable stands where it is used."""
+    """Yield guards, consumables and rules, each with its place in the text; a consumable has that of each use."""
     for request in model.requests:
         for guard in request.guards:
             text = written.get(guard.location)
