@@ -1,4 +1,4 @@
-"""`exover.toml`: text to waivers and a choice of checks, or what is wrong with it and where."""
+"""`exover.toml`: reads waivers and a choice of checks from its text, or diagnostics."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
@@ -20,12 +20,12 @@ KEYS = ("check", "subject", "reason", "expires", "spec")
 OPTIONAL = ("spec",)
 
 Checks = Mapping[str, Severity]
-"""The checks that there are, and their severities."""
+"""All checks by name, with their severities."""
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """The waivers in the order of the file, and the checks that are asked unless the command line chooses."""
+    """The waivers in the order of the file, and the choice of checks, which counts unless the command line has one."""
 
     waivers: tuple[Waiver, ...] = ()
     choice: CheckSelection = ALL
@@ -35,7 +35,7 @@ NO_CONFIG = Config()
 
 
 def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnostic, ...]]:
-    """Return what a configuration says, and what is wrong with it, table by table, in the order of the text."""
+    """Return a configuration, without the tables that have mistakes, and the mistakes in the order of the text."""
     read = read_toml(source)
     if isinstance(read, Diagnostic):
         return NO_CONFIG, (read,)
@@ -73,7 +73,7 @@ class _Reader:
     checks: Checks
 
     def mistakes(self, number: int, table: dict[str, Any]) -> Iterator[Diagnostic]:
-        """Yield what is wrong with a waiver."""
+        """Yield the mistakes in a waiver."""
         for key, value in table.items():
             span = self.places.of(TABLE, number, key)
             if key not in KEYS:
@@ -100,7 +100,7 @@ class _Reader:
             yield Diagnostic("E606", f"an error of {quote(name)} cannot be waived", span, help=advice)
 
     def choice_mistakes(self, table: Any) -> Iterator[Diagnostic]:
-        """Yield what is wrong with the choice of checks."""
+        """Yield the mistakes in the choice of checks."""
         if not isinstance(table, dict):
             advice = f"begin it with a line `[{CHOICE}]`"
             yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.of(CHOICE), help=advice)
@@ -124,12 +124,12 @@ class _Reader:
             yield Diagnostic("E603", "`only` names no check", span, help="leave it out for all")
 
     def choice(self, table: dict[str, Any]) -> CheckSelection:
-        """Return a choice that has no mistake."""
+        """Return the choice of checks from a table without mistakes."""
         only, skip = (tuple(table.get(key, ())) for key in LISTS)
         return CheckSelection(only, skip, table.get(ERRORS_ONLY, False))
 
     def waiver(self, number: int, table: dict[str, Any]) -> Waiver:
-        """Return a waiver that has no mistake."""
+        """Return the waiver from a table without mistakes."""
         span = self.places.of(TABLE, number)
         line, column = self.source.position(span.start) if span else (1, 1)
         spec = table.get("spec")

@@ -1,4 +1,4 @@
-"""What differs between two versions of a spec: as text, as a comment of a merge request, as JSON (docs/diff.md)."""
+"""The differences between two versions of a spec as text, as a comment of a merge request, as JSON (docs/diff.md)."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -37,19 +37,19 @@ def _lines(compared: Compared) -> Iterator[str]:
 
 
 def title(difference: Difference) -> str:
-    """Return what changes, and how long the run is that shows it."""
+    """Return a change in words, with the length of the run that shows it."""
     count = len(difference.steps)
     length = f"{count} step{'' if count == 1 else 's'}"
     return f"{change_text(difference.change)} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
 
 
 def change_text(change: AnswerChange) -> str:
-    """Return what changes."""
+    """Return a change in words."""
     return f"{change.subject} {change.word}{f', where {WEAKER}' if change.weaker else ''}"
 
 
 def unknown_by_reason(compared: Compared) -> dict[str, list[AnswerChange]]:
-    """Return, by the reason, the changes of which it is not known whether some run shows them."""
+    """Return by reason the changes that are undecided."""
     found: dict[str, list[AnswerChange]] = {}
     for each in compared.undecided:
         found.setdefault(each.reason, []).append(each.change)
@@ -57,17 +57,17 @@ def unknown_by_reason(compared: Compared) -> dict[str, list[AnswerChange]]:
 
 
 def property_title(change: PropertyChange) -> str:
-    """Return what became of a property."""
+    """Return the verdicts on a property in words."""
     return f"property {change.name}: {change.old} in OLD, {change.new} in NEW"
 
 
 def in_both(compared: Compared) -> list[PropertyChange]:
-    """Return what became of the properties that both have."""
+    """Return the changes of properties that both versions have."""
     return [each for each in compared.judged if "none" not in (each.old, each.new)]
 
 
 def run_lines(compared: Compared, difference: Difference) -> Iterator[str]:
-    """Yield a numbered line for each event, and indented below it what both versions answer, or each of them."""
+    """Yield a numbered line for each event, and indented below it the answers, of both versions if they differ."""
     steps = difference.steps
     width = len(str(len(steps)))
     for number, step in enumerate(steps, 1):
@@ -97,14 +97,14 @@ def _answers(compared: Compared, step: CommonStep, side: int) -> list[str]:
 
 
 def _standing(compared: Compared, step: CommonStep, change: AnswerChange) -> list[str]:
-    """Return that the request goes on waiting, where that is the change, and no answer says so."""
+    """Return a line that the request goes on waiting, if that is the change and no answer tells it; else nothing."""
     names = {change.subject, compared.versions.was_called.get(change.subject)}
     told = any(isinstance(each, Waits) and each.request in names for each in step.answers[not change.gone])
     return [] if told or change.deed != "waiting" else [f"{change.subject} goes on waiting"]
 
 
 def last_line(compared: Compared) -> str:
-    """Return the verdict in a line."""
+    """Return the verdict with counts, in one line."""
     match compared.verdict:
         case "same":
             return "no change of behaviour: proved for every run"
@@ -163,7 +163,7 @@ def _markdown(compared: Compared) -> Iterator[str]:
 
 
 def _plain(text: str) -> str:
-    """Return a line in which nothing is markup."""
+    """Return a line with all Markdown and HTML in it escaped."""
     text = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return "".join(f"\\{c}" if c in "\\`*_[]|#@" else c for c in text)
 

@@ -1,4 +1,4 @@
-"""What differs between two versions of a spec in SARIF 2.1.0: a result for each change, where NEW has the request."""
+"""The differences between two versions of a spec in SARIF 2.1.0: a result for each change, at its request in NEW."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""An explanation for people, and as JSON."""
+"""An explanation as text and as JSON."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -23,9 +23,9 @@ DEMANDS: dict[Demand, str] = {
     "violation": "is broken",
 }
 LONG = 160
-"""Characters of a rule's text that are shown; the list of a mutex may be long."""
+"""The most characters of a rule's text that are shown; the list of a mutex may be long."""
 MANY = 8
-"""Facts of one verdict, and verdicts of one kind, that the text shows; the JSON object has all."""
+"""The most facts of one verdict that the text shows; the JSON object has all."""
 
 
 # ---- text ----
@@ -69,7 +69,7 @@ def _account(model: Model, account: Account) -> Iterator[str]:
 
 
 def _grouped(verdicts: Iterable[RuleVerdict], word: str) -> Iterator[str]:
-    """Yield the verdicts, those of one rule together: the pairs of a mutex."""
+    """Yield the lines of the verdicts; adjacent ones of one rule, as the pairs of a mutex, are joined."""
     for _, group in groupby(verdicts, key=lambda verdict: (verdict.rule, verdict.demand)):
         same = list(group)
         facts = tuple(dict.fromkeys(fact for verdict in same for fact in verdict.facts))
@@ -77,7 +77,7 @@ def _grouped(verdicts: Iterable[RuleVerdict], word: str) -> Iterator[str]:
 
 
 def _verdict(verdict: RuleVerdict, word: str = "") -> Iterator[str]:
-    """Yield what a rule says, its text, the facts, and its remedies."""
+    """Yield the lines of a verdict: what the rule demands, its text, the moment, the facts and the remedies."""
     because = "" if verdict.because is None else f": {verdict.because}"
     yield f"  {word}{verdict.rule} {DEMANDS[verdict.demand]}{because}"
     if verdict.written:

@@ -15,9 +15,9 @@ PROPERTY = {**DATA, ":": "%3A", ",": "%2C"}
 
 
 def render(summary: Summary, timings: bool = False) -> str:
-    """Return a command for each finding that does not hold, and the text report's last line, each with a newline.
+    """Return a command for each finding that does not hold, then the last line of the text report, each with a newline.
 
-    What is excused or was not asked is a notice. `timings` changes nothing: no command shows them.
+    Findings that are excused, and checks not asked, are notices. `timings` is ignored: no command shows times.
     """
     commands = [_command(summary, finding) for finding in summary.findings if finding.verdict != "holds"]
     if summary.skipped:
@@ -26,7 +26,7 @@ def render(summary: Summary, timings: bool = False) -> str:
 
 
 def error(file: str, reason: str) -> str:
-    """Return the command that tells that a spec could not be checked, with a newline."""
+    """Return the command for a spec that could not be checked, with a newline."""
     return f"::error file={_escaped(file, PROPERTY)},title=not checked::{_escaped(reason, DATA)}\n"
 
 

@@ -1,23 +1,23 @@
-"""Findings that have one cause, told once: a useless rule, and a rule that is broken for want of a remedy."""
+"""Findings with one cause, to be told once: of a useless rule, and of a rule that lacks a remedy."""
 
 from collections.abc import Iterable, Iterator
 
 from exover.checks.finding import Finding
 
 FindingKey = tuple[str, str]
-"""Check and subject, which name a finding of one report."""
+"""The check and the subject of a finding, unique in a report."""
 
 
 def key(finding: Finding) -> FindingKey:
-    """Return what names a finding."""
+    """Return the key of a finding."""
     return finding.check, finding.subject
 
 
 def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
-    """Return by finding that need not be told by itself the one that tells it as well.
+    """Return for each finding that need not be told by itself the finding that implies it.
 
-    A rule that `rule-use` finds useless is redundant and has idle remedies, and one that no remedy restores is not
-    safe either. What is excused otherwise is told by itself.
+    A rule that `rule-use` finds useless is redundant and has idle remedies, and a rule that no remedy restores is not
+    safe. A finding with another excuse than its cause is told by itself.
     """
     violated = {key(finding): finding for finding in findings if finding.verdict == "violated"}
     pairs = ((finding, cause) for finding in violated.values() for cause in _causes(finding))
@@ -26,7 +26,7 @@ def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
 
 
 def _causes(finding: Finding) -> Iterator[FindingKey]:
-    """Yield the findings that tell this one as well, if they are there."""
+    """Yield the keys of the findings that imply this one."""
     match finding.check:
         case "safety":
             yield "completeness", finding.subject
@@ -40,6 +40,6 @@ def _causes(finding: Finding) -> Iterator[FindingKey]:
 
 
 def rule_of(remedy: str) -> str:
-    """Return the rule of a remedy by its name, as `still` of `still.reject` and `drive` of `drive.kill nd.goto`."""
+    """Return the name of the rule of a remedy: `still` of `still.reject`, `drive` of `drive.kill nd.goto`."""
     before, kill, _ = remedy.rpartition(".kill ")
     return before if kill else remedy.removesuffix(".reject").removesuffix(".wait")

@@ -24,10 +24,9 @@ def written(report: dict[str, Any]) -> str:
 def document(summary: Summary, timings: bool) -> dict[str, Any]:
     """Return the object, its keys in the order of docs/checks.md.
 
-    Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
-    `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted,
-    `bounds` only if they were asked for, `skipped` only if some check was not asked, `properties` only if it is told
-    whether there is a file of them.
+    It has seconds, which differ from run to run, only with `timings`; without them equal input gives equal text. It has
+    `baseline` and `excuse` only where there is a baseline or an excuse, `states` only if they were counted, `bounds`
+    only if they were asked for, `skipped` only if some check was not asked, `properties` only if the summary has them.
     """
     figures, tables = summary.figures, summary.tables
     return {
@@ -65,7 +64,7 @@ def _tables(tables: TableFigures) -> dict[str, Any]:
 
 
 def _bounds(bounds: BoundFigures) -> dict[str, Any]:
-    """Return the worst of all events, the stack, and each event by itself."""
+    """Return the worst-case bounds over all events, of the stack, and of each event."""
     return {
         "tests": bounds.worst("tests")[0],
         "answers": bounds.worst("answers")[0],

@@ -1,7 +1,7 @@
 """The findings as JUnit XML: a suite for each check, a case for each subject.
 
-What decides the verdict fails; what does not hold and decides nothing is skipped, so that a reader of the file comes to
-the verdict of the command.
+A finding that decides the verdict is a failure or an error, one that does not hold but does not count is skipped: so
+the file has the verdict of the command.
 """
 
 import re
@@ -16,28 +16,28 @@ from exover.report.summary import Summary, Unchecked
 
 KEYS = ("tests", "failures", "errors", "skipped", "seconds")
 FORBIDDEN = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
-"""What no XML 1.0 document may hold, escaped or not."""
+"""The characters that XML 1.0 forbids, even escaped."""
 
 
 Counts = dict[str, float]
-"""How many cases there are, and how they end, and the seconds that they took."""
+"""By KEYS: the number of cases, how many end in each way, and the seconds of all."""
 
 
 @dataclass(frozen=True, slots=True)
 class Suites:
-    """The suites of a spec as lines, and what they count."""
+    """The suites of a spec as lines, with their counts."""
 
     counts: Counts
     lines: tuple[str, ...]
 
 
 def render(summary: Summary, timings: bool = False) -> str:
-    """Return the document with a final newline; times are in it only with `timings`."""
+    """Return the document with a final newline; it has times only with `timings`."""
     return written(summary.model.name, [suites_of(summary, timings)], timings)
 
 
 def written(name: str, parts: Sequence[Suites], timings: bool) -> str:
-    """Return the document of several specs, or one, with a final newline."""
+    """Return the document with the suites of one spec or several, with a final newline."""
     whole = {key: sum(part.counts[key] for part in parts) for key in KEYS}
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<testsuites{_head(name, whole, timings)}>"]
     lines += [line for part in parts for line in part.lines]
@@ -45,7 +45,7 @@ def written(name: str, parts: Sequence[Suites], timings: bool) -> str:
 
 
 def suites_of(summary: Summary, timings: bool = False, prefix: str = "") -> Suites:
-    """Return a suite for each check, its name with the prefix."""
+    """Return a suite for each check, named by the prefix and the check."""
     groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:
         groups.setdefault(finding.check, []).append(finding)
@@ -61,7 +61,7 @@ def suites_of(summary: Summary, timings: bool = False, prefix: str = "") -> Suit
 
 
 def suite_that_failed(unchecked: Unchecked, timings: bool) -> Suites:
-    """Return a suite whose only case is an error, for a spec that could not be checked."""
+    """Return a suite with one case, an error, for a spec that could not be checked."""
     counts: Counts = {**dict.fromkeys(KEYS, 0), "tests": 1, "errors": 1}
     case = _attributes(classname=unchecked.file, name="check", file=unchecked.file)
     error = f"<error{_attributes(message=unchecked.reason)}/>"
@@ -70,7 +70,7 @@ def suite_that_failed(unchecked: Unchecked, timings: bool) -> Suites:
 
 
 def _not_asked(summary: Summary, check: str, timings: bool, prefix: str) -> Iterator[str]:
-    """Yield a suite with one case that stands for all subjects of a check."""
+    """Yield a suite with one skipped case, for a check that was not asked."""
     case = _attributes(classname=f"{summary.model.name}.{check}", name=check, file=summary.file)
     yield f"<testsuite{_head(prefix + check, _counts(summary, (), 1), timings)}>"
     yield f"<testcase{case}><skipped{_attributes(message='not asked')}/></testcase>"
@@ -95,7 +95,7 @@ def _head(name: str, counts: Counts, timings: bool) -> str:
 
 
 def _outcome(summary: Summary, finding: Finding) -> str:
-    """Return the element that tells how a case ended, empty if it passed."""
+    """Return the name of the element in a case that did not pass, empty if it passed."""
     if finding.verdict == "holds":
         return ""
     if not summary.counts(finding):
@@ -125,7 +125,7 @@ def _case(summary: Summary, finding: Finding, timings: bool) -> Iterator[str]:
 
 
 def _attributes(**values: object) -> str:
-    from xml.sax.saxutils import quoteattr  # it loads what speaks HTTP
+    from xml.sax.saxutils import quoteattr  # imported late: it loads the modules for HTTP
 
     return "".join(f" {name}={quoteattr(_legal(str(value)))}" for name, value in values.items() if value is not None)
 

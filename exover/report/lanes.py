@@ -1,4 +1,4 @@
-"""A story as lanes: what is drawn in which lane at which moment, before anybody thinks of coordinates.
+"""A story as lanes: what is drawn in which lane at which moment, without coordinates.
 
 Moment 0 is the start, moment i the state after step i; a lane of a request has one row for each slot in use and one
 for its waiting place, a lane of a poster, state, latch or level has one row of values.
@@ -30,14 +30,14 @@ from exover.report.story import Story, place_text
 
 LaneMarkKind = Literal["ask", "report", "observe", "abort", "launch", "wait", "reject", "kill", "violation", "invalid"]
 CHECKER = "checker"
-"""The lane of what belongs to no request; no request is called so, for its name has a dot."""
+"""The lane for what belongs to no request; no request has this name, since names of requests have a dot."""
 MOST_ARGUMENTS = 24
-"""Characters of arguments that a mark shows; all of them stand in its tooltip."""
+"""The most characters of arguments that a mark shows; its tooltip shows all of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class LaneMark:
-    """Something that happened: a short text to be shown, and everything there is to say."""
+    """An event or an action: a short `text` to be shown, and the `whole` text for a tooltip."""
 
     kind: LaneMarkKind
     text: str
@@ -46,7 +46,7 @@ class LaneMark:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What a slot, a waiting place or a reading was at each moment; idle slots and empty places are empty texts."""
+    """The content of a slot, a waiting place or a reading at each moment; "" for idle slots and empty places."""
 
     label: str
     cells: tuple[str, ...]
@@ -54,7 +54,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A request, or with `values` something that has a value; `marks` by step, in the order in which they came."""
+    """The lane of a request, or with `values` of something that has a value; `marks`: by step, in their order."""
 
     name: str
     values: bool
@@ -62,13 +62,13 @@ class Lane:
     marks: dict[int, tuple[LaneMark, ...]]
 
     def busy(self, first: int, last: int) -> bool:
-        """Return whether something is there to be seen from moment `first` to moment `last`."""
+        """Return whether the lane has a cell that is not empty, or a mark, from moment `first` to moment `last`."""
         drawn = any(row.cells[i] for row in self.rows for i in range(first, last + 1))
         return drawn or any(first <= step <= last for step in self.marks)
 
 
 def lanes_of(story: Story) -> tuple[Lane, ...]:
-    """Return the lanes of everything that is not idle all the time, or was observed: requests, readings, levels."""
+    """Return the lanes of requests, readings and levels that are not idle, or not constant, or have a mark."""
     marks: dict[str, dict[int, tuple[LaneMark, ...]]] = {}
     for step, scene in enumerate(story.scenes, 1):
         found = [_of_event(story.model, scene.event)]
@@ -86,7 +86,7 @@ def lanes_of(story: Story) -> tuple[Lane, ...]:
 
 
 def _rows(story: Story, name: str) -> Iterator[Row]:
-    """Yield the slots of a request and its waiting place, those that are ever taken."""
+    """Yield the rows of the slots of a request and of its waiting place that are taken at some moment."""
     several = story.model.request[name].instances > 1
     rows = [
         Row(f"[{slot}]" if several else "", tuple(_slot(state, name, slot) for state in story.states))

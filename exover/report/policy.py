@@ -1,6 +1,6 @@
-"""What a project has decided about findings: those that it has waived, and those that it knew before.
+"""The policy of a project on findings: waivers, and a baseline of findings that were known before.
 
-Nothing excuses what a checked spec guarantees (docs/language.md section 6), and a baseline excuses no error at all.
+No waiver excuses what a checked spec guarantees (docs/language.md section 6), and no baseline excuses an error.
 """
 
 import json
@@ -16,14 +16,14 @@ from exover.loop.claim import Verdict
 from exover.model.model import Location
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
-"""Errors that a project may live with for a while: nothing unsafe happens, but something that is wanted does not."""
+"""The errors that may be waived for a while: nothing unsafe happens, but something that is wanted does not."""
 ORDER: tuple[Verdict, ...] = ("holds", "unknown", "violated")
-"""From the best to the worst."""
+"""The verdicts, from the best to the worst."""
 
 
 @dataclass(frozen=True, slots=True)
 class Waiver:
-    """The finding of a check about a subject is excused through the day `expires`, of one spec or of all."""
+    """A waiver: it excuses the finding of a check and subject, of one spec or of all, through the day `expires`."""
 
     check: str
     subject: str
@@ -40,7 +40,7 @@ class Waiver:
 
 
 Baseline = Mapping[tuple[str, str], Verdict]
-"""The verdicts of a former report by check and subject."""
+"""The verdicts of an earlier report by check and subject."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +57,10 @@ def waivable(check: str, severity: Severity) -> bool:
 
 
 def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -> tuple[Finding, ...]:
-    """Return the findings with their standing and, where one has it, their excuse; a waiver goes before the baseline.
+    """Return the findings with their standing against the baseline and, if they have one, their excuse.
 
-    A finding is excused by the first waiver of it that has not expired, or iff the baseline has it with a verdict that
-    is no better and it is no error.
+    A finding that does not hold is excused by its first waiver that has not expired, if it may be waived; else iff it
+    is no error and the baseline has it with the same verdict or a worse one.
     """
     waivers: dict[tuple[str, str], Waived] = {}
     for waiver in _of(policy, spec):
@@ -80,7 +80,7 @@ def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -
 
 
 def remarks(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -> Iterator[str]:
-    """Yield what the user should know of the waivers of a spec: those that have expired, those that nothing needs."""
+    """Yield a warning for each waiver of a spec that has expired, or that matches no open finding."""
     open_findings = {(finding.check, finding.subject) for finding in findings if finding.verdict != "holds"}
     for waiver in _of(policy, spec):
         if waiver.expires < today:
@@ -110,7 +110,7 @@ def _known(finding: Finding, baseline: Baseline | None) -> bool:
 
 
 def excuse_text(excuse: Excuse) -> str:
-    """Return why a finding does not count."""
+    """Return an excuse in words."""
     match excuse:
         case Waived(reason, expires):
             return f"waived until {expires.isoformat()}: {reason}"
@@ -121,14 +121,13 @@ def excuse_text(excuse: Excuse) -> str:
 
 
 class Unusable(Exception):
-    """What was given is no report that can serve as a baseline; the text tells the user why."""
+    """A text is no report that can be a baseline; the message tells the user why."""
 
 
 def read_baseline(text: str, spec: str, file: str = "") -> Baseline:
     """Return the verdicts of a report of `exover check --format json` about a spec; raises `Unusable` for any other.
 
-    Of a report about several specs those of this spec count, by the file's name if it is there; if it is not in it,
-    nothing of it was known.
+    In a report about several specs, the part of this spec counts, preferably of this file; empty if there is none.
     """
     try:
         report = json.loads(text)
@@ -147,7 +146,7 @@ def read_baseline(text: str, spec: str, file: str = "") -> Baseline:
 
 
 def _part(reports: list[Any], spec: str, file: str) -> dict[str, Any]:
-    """Return the report of a spec among several; one without findings if there is none."""
+    """Return the report of a spec among several, preferably of this file; one without findings if there is none."""
     mine = [each for each in reports if isinstance(each, dict) and each.get("spec") == spec and "findings" in each]
     mine.sort(key=lambda each: each.get("file") != file)
     return mine[0] if mine else {"tool": "exover", "spec": spec, "findings": []}

@@ -1,4 +1,4 @@
-"""Findings read back from JSON, and their runs told again: the way of a trace from a report to a reader."""
+"""Reads findings with traces from a JSON report, replays the traces, and writes them as text or JSON."""
 
 import json
 from collections.abc import Iterable
@@ -19,12 +19,12 @@ from exover.report.story import Story, story_lines, story_of
 
 
 class UnreadableReport(Exception):
-    """What was given is no report with such a trace, or none of this spec; the text tells the user why."""
+    """A text is no report, or its trace is none of this spec; the message tells the user why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """A finding with a trace as a report holds it; `file` is the spec's name there, empty if it has none.
+    """A finding with a trace, as a report has it; `file`: the spec's file in the report, empty if it has none.
 
     `moments`: for each step the event and its actions, as JSON objects.
     """
@@ -49,10 +49,10 @@ class Recorded:
 
 
 def read(text: str) -> tuple[Recorded, ...]:
-    """Return the findings with a trace of a report of `exover check --format json`, be it of several specs, or of one
-    finding of it.
+    """Return the findings with a trace in a report of `exover check --format json`, of one spec or several, or in a text
+    that is one finding of a report.
 
-    Raises `UnreadableReport` if the text is neither.
+    Raises `UnreadableReport` for any other text.
     """
     try:
         report = json.loads(text)
@@ -98,7 +98,7 @@ def _finding(found: object, report: dict[str, Any]) -> Recorded:
 
 
 def choose(found: Iterable[Recorded], check: str | None, subject: str | None) -> tuple[Recorded, ...]:
-    """Return the findings of this check and subject, where given, that are violated; if none is, those that are not."""
+    """Return the violated findings of this check and subject, where given; if there are none, the others of them."""
     named = [each for each in found if check in (None, each.check) and subject in (None, each.subject)]
     return tuple(each for each in named if each.verdict == "violated") or tuple(named)
 
@@ -109,7 +109,7 @@ def choose(found: Iterable[Recorded], check: str | None, subject: str | None) ->
 def retell(model: Model, recorded: Recorded) -> Story:
     """Return the story of a recorded trace; raises `UnreadableReport` unless the reference answers as recorded.
 
-    So it does if the trace is a lasso and the reference does not come back to where its loop begins.
+    Also raises it if the trace is a lasso that does not return to the state in which its loop starts.
     """
     events: list[Event] = []
     for step, (entry, _) in enumerate(recorded.moments, 1):

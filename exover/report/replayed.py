@@ -1,4 +1,4 @@
-"""A run that was read from a black box, as text: each step with what was recorded, and where the reference differs."""
+"""A run from a black box as text: each step with its recorded answers, and where the reference interpreter differs."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -10,7 +10,7 @@ from exover.model.wording import event_text, slot_text, visible
 
 
 def run_lines(model: Model, steps: Iterable[Replayed]) -> Iterator[str]:
-    """Yield a line for each event, and below it one for each answer and each thing that is wrong."""
+    """Yield a line for each event, and below it one for each recorded answer and each fault or difference."""
     for step in steps:
         read = step.read
         event = json.dumps(step.event) if isinstance(read, Invalid) else event_text(model, read)

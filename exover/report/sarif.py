@@ -25,11 +25,11 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}
 FINGERPRINT = "exover/v1"
 IFF = {check.name: check.iff for check in CHECKS}
-"""By check when a finding of it is ok."""
+"""By check, the condition under which its finding holds."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
-    """Return a log of one run as text with a final newline; seconds are in it only with `timings`."""
+    """Return a log of one run as text with a final newline; it has seconds only with `timings`."""
     return written([run_of(summary, timings)])
 
 
@@ -51,7 +51,7 @@ def run_that_failed(unchecked: Unchecked) -> dict[str, Any]:
 
 
 def run_of(summary: Summary, timings: bool) -> dict[str, Any]:
-    """Return the run that tells of a spec."""
+    """Return the run object for a spec."""
     checks = {finding.check: finding.severity for finding in summary.findings}
     checks |= {check: SEVERITY[check] for check in summary.skipped if check not in checks}
     numbers = {check: number for number, check in enumerate(checks)}
@@ -72,7 +72,7 @@ def run_of(summary: Summary, timings: bool) -> dict[str, Any]:
 
 
 def _disabled(summary: Summary, numbers: Mapping[str, int]) -> dict[str, Any]:
-    """Return that the rules of checks that were not asked were off in this run (3.20.5)."""
+    """Return the overrides that disable the rules of checks that were not asked (3.20.5); empty if all were."""
     rules = [{"id": f"exover/{check}", "index": numbers[check]} for check in summary.skipped]
     off = [{"descriptor": rule, "configuration": {"enabled": False}} for rule in rules]
     return {"ruleConfigurationOverrides": off} if off else {}
@@ -102,7 +102,7 @@ def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dic
         "ruleId": f"exover/{finding.check}",
         "ruleIndex": rule,
         "kind": kind,
-        "level": finding.severity if kind == "fail" else "none",  # 3.27.10: whatever is no failure has no level
+        "level": finding.severity if kind == "fail" else "none",  # 3.27.10: only a failure has a level
         "message": {"text": f"{finding.subject}: {finding.message}"},
         "locations": [location_of(finding.location, summary.file)],
         "partialFingerprints": {FINGERPRINT: fingerprint_of(summary.model.name, *known)},
@@ -115,7 +115,7 @@ def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dic
 
 
 def fingerprint_of(*known: str) -> str:
-    """Return a hash of what stays the same when lines are moved."""
+    """Return the fingerprint of a result: a hash of these texts, which do not change when lines are moved."""
     return sha256(escaped("\0".join(known)).encode("utf-8")).hexdigest()
 
 
@@ -124,7 +124,7 @@ def _suppression(justification: str) -> dict[str, str]:
 
 
 def location_of(declared: Location, file: str) -> dict[str, Any]:
-    """Return where something is declared; what has no file of its own is in this one."""
+    """Return the location object of a declaration; one without a file is in `file`."""
     region = {"region": {"startLine": declared.line, "startColumn": declared.column}} if declared.line else {}
     return {"physicalLocation": {"artifactLocation": {"uri": uri(declared.file or file)}, **region}}
 
@@ -136,7 +136,7 @@ def uri(file: str) -> str:
 
 
 def _flow(summary: Summary, trace: Trace) -> dict[str, Any]:
-    """Return a run as the flow of one thread: for each step its event and answers, where the request is declared."""
+    """Return a run as a code flow of one thread: its steps, each at the declaration of what its event is about."""
     steps = []
     for moment in trace.moments:
         answers = [action_text(summary.model, action) for action in moment.actions]

@@ -1,4 +1,4 @@
-"""What one report tells of several specs: a part for each, made where the spec was checked, and what joins them."""
+"""A report on several specs: a part for each, made by the process that checked the spec, and their join."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ WORST: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 
 
 def part(report: Summary | Unchecked, form: ReportFormat, timings: bool) -> Any:
-    """Return what a report in this format tells of one spec."""
+    """Return the part of one spec in a report of this format, for `joined`."""
     if isinstance(report, Unchecked):
         return _unchecked(report, form, timings)
     match form:
@@ -54,7 +54,7 @@ def _document(unchecked: Unchecked) -> dict[str, Any]:
 
 
 def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: ReportFormat, timings: bool) -> str:
-    """Return the report of these parts, with a final newline."""
+    """Return the report that joins these parts, with a final newline."""
     match form:
         case "text":
             return "\n".join([*parts, _last(verdicts)])

@@ -1,4 +1,4 @@
-"""A run with the state at each of its moments: what every picture of a trace is drawn from."""
+"""A run with the state at each of its moments, from which all drawings and texts of a trace are made."""
 
 from collections.abc import Iterator
 
@@ -37,7 +37,7 @@ class Story:
 
 
 def story_of(model: Model, trace: Trace) -> Story:
-    """Return the story of a trace; the states are those that the reference interpreter goes through."""
+    """Return the story of a trace; the states are those of the reference interpreter."""
     reference = Reference(model)
     start = state = reference.start()
     scenes: list[Scene] = []
@@ -49,9 +49,9 @@ def story_of(model: Model, trace: Trace) -> Story:
 
 
 def story_lines(story: Story) -> Iterator[str]:
-    """Yield a numbered line for each event, and indented below it one for each action and each change they do not say.
+    """Yield a numbered line for each event, and below it, indented, one for each action and each other change.
 
-    A lasso is marked where its loop starts and at its end.
+    The start and the end of the loop of a lasso have lines of their own.
     """
     model, width = story.model, len(str(len(story.scenes)))
     margin = " " * (width + 4)
@@ -68,7 +68,7 @@ def story_lines(story: Story) -> Iterator[str]:
 
 
 def changes(model: Model, scene: Scene) -> Iterator[str]:
-    """Yield what a step changed that its actions do not say: readings, levels, pasts, waiting that became clearing."""
+    """Yield the changes of a step that no action tells: readings, levels, pasts, waiting turned into clearing."""
     before, after = scene.before, scene.after
     for name, value in after.readings.items():
         if value != before.readings[name]:
@@ -94,7 +94,7 @@ def past_text(model: Model, name: str, values: Args | None) -> str:
 
 
 def place_text(place: Place | None) -> str:
-    """Return what a waiting place is: `empty`, `waiting` or `clearing`."""
+    """Return the state of a waiting place: `empty`, `waiting` or `clearing`."""
     if place is None:
         return "empty"
     return "clearing" if place.clearing else "waiting"

@@ -1,4 +1,4 @@
-"""Everything that a report tells, and the verdict over all findings (docs/checks.md)."""
+"""The data of a report, and the verdict over all findings (docs/checks.md)."""
 
 from collections.abc import Iterable
 from typing import Literal
@@ -11,14 +11,14 @@ from exover.model.model import Model
 from exover.model.property import Properties
 
 ERRORS: frozenset[Severity] = frozenset({"error"})
-"""The severities that decide the verdict, unless more are asked for."""
+"""The severities that decide the verdict by default."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
-    """How large a spec is: requests, rules by name (the pairs of a mutex are one), bits of the checker's state.
+    """The size of a spec: numbers of requests and of names of rules (the pairs of a mutex are one), bits of the state.
 
-    `state_bits`: None if that is not known. `states`: how many of these are reachable, if that was asked for.
+    `state_bits`: None if unknown. `states`: the number of reachable states, if it was asked for.
     """
 
     requests: int
@@ -29,7 +29,7 @@ class ModelFigures:
 
 @dataclass(frozen=True, slots=True)
 class EventFigures:
-    """What an event, in words, costs at most: tests, answers, passes of settling."""
+    """The worst-case bounds of an event, which is in words: tests, answers, passes of settling."""
 
     event: str
     tests: int
@@ -39,25 +39,25 @@ class EventFigures:
 
 @dataclass(frozen=True, slots=True)
 class BoundFigures:
-    """What no event and no call exceeds; `stack_target` is the compiler for which the bytes of stack are known."""
+    """The worst-case bounds of events, and of the stack of a call as measured for the compiler `stack_target`."""
 
     events: tuple[EventFigures, ...]
     method: str
-    """How those of events were found."""
+    """How the bounds of events were found."""
     stack_bytes: int
     stack_target: str
 
     def worst(self, what: Literal["tests", "answers", "passes"]) -> tuple[int, str]:
-        """Return the greatest figure of any event, and the first event that has it; an event has an answer at least."""
+        """Return the greatest figure of any event, and the first event with it; "none" if there is no event."""
         pairs = [(getattr(event, what), event.event) for event in self.events]
         return max(pairs, key=lambda pair: pair[0], default=(int(what == "answers"), "none"))
 
 
 @dataclass(frozen=True, slots=True)
 class TableFigures:
-    """How large the emitted tables are: nodes, tests on the longest path, tests before a first action, bytes.
+    """The size of the emitted tables: nodes, tests on the longest path, most tests before a first action, bytes.
 
-    `bounds` are there if they were asked for.
+    `bounds`: None unless they were asked for.
     """
 
     nodes: int
@@ -71,9 +71,9 @@ class TableFigures:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """The findings of one spec, and what was checked; `file` is the name under which the user knows it.
+    """The findings of one spec, and what was checked; `file`: the spec's file as the user names it.
 
-    `tables` are there unless the command ended before they were made.
+    `tables`: None if the command ended before they were made.
     """
 
     version: str
@@ -85,7 +85,7 @@ class Summary:
     counted: frozenset[Severity] = ERRORS
     """The severities that decide the verdict."""
     properties: Properties | None = None
-    """What the properties file says, if it is told whether there is one."""
+    """The properties of the spec; None if the report does not tell whether it has a properties file."""
     skipped: tuple[str, ...] = ()
     """The checks that were not asked."""
 
@@ -101,7 +101,7 @@ class Summary:
 
 @dataclass(frozen=True, slots=True)
 class Unchecked:
-    """A spec that could not be checked, by the name under which the user knows it, and why."""
+    """A spec that could not be checked, its file as the user names it, and the reason."""
 
     version: str
     file: str
@@ -109,12 +109,12 @@ class Unchecked:
 
     @property
     def verdict(self) -> Verdict:
-        """Nothing is known of it."""
+        """The verdict `unknown`."""
         return "unknown"
 
 
 def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:
-    """Return violated iff a finding that counts is; else unknown iff one is; else holds."""
+    """Return `violated` iff a finding that counts is; else `unknown` iff one is; else `holds`."""
     verdicts = {finding.verdict for finding in findings if counts(finding, counted)}
     if "violated" in verdicts:
         return "violated"

@@ -1,4 +1,4 @@
-"""The findings for people: what is open first, with the runs that show it, then the counts and the tables."""
+"""The text report: findings that do not hold first, with the runs that show them, then counts and tables."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,11 +16,11 @@ from exover.report.summary import BoundFigures, Summary, overall
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 LONG = 200
-"""A finding that is told in more characters is told in a line for each part of its message."""
+"""A finding with more characters than this is broken into lines, one for each part of its message."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
-    """Return the report with a final newline; seconds are in it only with `timings`."""
+    """Return the report with a final newline; it has seconds only with `timings`."""
     return "".join(f"{visible(line)}\n" for line in _lines(summary, timings))
 
 
@@ -60,7 +60,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
 
 
 def _properties(properties: Properties) -> str:
-    """Return where the properties were read and how many they are, or where none were found."""
+    """Return the properties file with the number of its properties, or where none was found."""
     if properties.file is None:
         return "none, no .prop file of this spec was found beside it, in properties/ or in ../properties/"
     parts = [_count(len(properties.properties), "property", "properties")]
@@ -83,7 +83,7 @@ def _bounds(bounds: BoundFigures) -> Iterator[str]:
 
 
 def _engines(findings: Iterable[Finding]) -> Iterator[str]:
-    """Yield how many findings each engine has answered, unless diagrams have answered all."""
+    """Yield how many findings each engine has answered, unless the engine `bdd` has answered all."""
     answered = Counter(finding.engine for finding in findings if finding.verdict != "unknown")
     if answered.keys() - {"bdd"}:
         yield from (f"answered by {engine}: {_count(number, 'finding')}" for engine, number in answered.items())
@@ -105,9 +105,9 @@ def _group(
     shown: dict[Trace, Finding],
     timings: bool,
 ) -> Iterator[str]:
-    """Yield a line of counts for a check, then each of its findings that is not ok, unless another tells it.
+    """Yield a line of counts for a check, then each of its findings that does not hold, but for those in `causes`.
 
-    `shown`: the runs so far, each with the first finding that has it.
+    `causes`: as `grouped` returns them; `shown`: by run that is printed already, the finding for which it was.
     """
     parts = ", ".join(
         _counted([each for each in group if each.verdict == verdict], causes)
@@ -127,7 +127,7 @@ def _group(
 
 
 def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
-    """Return how many findings there are, all with one word, and under which checks some of them are told."""
+    """Return the number of findings, all with one word, and the checks under which some of them are told."""
     word = alike[0].word
     count = _count(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"
     elsewhere = [causes[key(finding)].check for finding in alike if key(finding) in causes]
@@ -156,14 +156,14 @@ def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: d
 
 
 def _in_lines(told: str) -> Iterator[str]:
-    """Yield what is told of a finding, in a line for each part if it is long."""
+    """Yield the lines of a finding: one, or one for each part if it is long."""
     parts = told.split("; ") if len(told) > LONG else [told]
     for number, part in enumerate(parts):
         yield f"{'      ' if number else ''}{part}{';' if number + 1 < len(parts) else ''}"
 
 
 def last_line(summary: Summary) -> str:
-    """Return the spec and the verdict over all, with the counts that led to it."""
+    """Return the name of the spec and the verdict over all, with the counts behind it."""
     skipped = f"; {_count(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
     return f"{summary.model.name}: {_outcome(summary)}{skipped}"
 

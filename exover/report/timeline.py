@@ -1,7 +1,7 @@
-"""A run as a timeline: one SVG that needs nothing else, one lane a request, wrapped into bands like a score.
+"""A run as a timeline: a self-contained SVG with a lane for each request, wrapped into bands.
 
-All coordinates are integers and every order is that of the spec or of the run, so equal runs give equal bytes. What a
-colour says, a word or a pattern says too. The whole run stands in `desc` as text, for readers who do not see.
+All coordinates are integers and every order is that of the spec or of the run, so equal runs have equal bytes. No
+meaning is in a colour alone. The whole run is in `desc` as text, for screen readers.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from exover.report.lanes import Lane, LaneMark, LaneMarkKind, Row, lanes_of
 from exover.report.story import Story, story_lines
 
 BAND_WIDTH = 1200
-"""Pixels of columns in one band; one column may be wider than that."""
+"""The most pixels of the columns in one band; a single column may be wider."""
 MIN_COLUMN = 42
 LINE = 13
 """Height of a line of marks."""
@@ -51,7 +51,7 @@ PATTERNS = """<pattern id="stopping" width="6" height="6" patternUnits="userSpac
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """The moments `first` to `last` side by side; `edges`: where each column begins, and where the last one ends."""
+    """The columns of moments `first` to `last`; `edges`: the x at which each column begins, and the last one ends."""
 
     first: int
     last: int
@@ -59,20 +59,20 @@ class Band:
     lanes: tuple[Lane, ...]
 
     def at(self, moment: int) -> int:
-        """Return where the column of a moment begins; the moment after the last is the end."""
+        """Return the x at which the column of a moment begins; of the moment after the last, at which the band ends."""
         return self.edges[moment - self.first]
 
     def lines(self, lane: Lane) -> int:
-        """Return how many lines of marks a lane has here."""
+        """Return how many lines of marks a lane has in this band."""
         return max((len(marks) for step, marks in lane.marks.items() if self.first <= step <= self.last), default=0)
 
     def height(self, lane: Lane) -> int:
-        """Return the height of a lane."""
+        """Return the height of a lane in pixels."""
         return self.lines(lane) * LINE + max(len(lane.rows), 0 if self.lines(lane) else 1) * ROW + GAP
 
 
 def render(title: str, story: Story) -> str:
-    """Return the drawing with a final newline; `title` says what the run shows."""
+    """Return the SVG with a final newline; `title`: what the run shows."""
     lanes = lanes_of(story)
     labels = [_label(lane, row) for lane in lanes for row in lane.rows] + [lane.name for lane in lanes]
     left = MARGIN + max(map(_width, labels), default=0) + GAP
@@ -100,11 +100,11 @@ def render(title: str, story: Story) -> str:
     return "\n".join([*head, *body, *legend, "</svg>"]) + "\n"
 
 
-# ---- what goes where ----
+# ---- layout ----
 
 
 def _bands(lanes: tuple[Lane, ...], last: int, left: int) -> Iterator[Band]:
-    """Yield bands of as many moments as fit BAND_WIDTH, from the start to moment `last`."""
+    """Yield the bands from the start to moment `last`, each of as many moments as fit BAND_WIDTH."""
     first = 0
     while first <= last:
         edges = [left, left + _column(lanes, first, opening=True)]
@@ -118,7 +118,7 @@ def _bands(lanes: tuple[Lane, ...], last: int, left: int) -> Iterator[Band]:
 
 
 def _column(lanes: tuple[Lane, ...], moment: int, opening: bool = False) -> int:
-    """Return how wide the column of a moment has to be; the `opening` one of a band shows every value."""
+    """Return the width of the column of a moment; the `opening` one of a band shows every value."""
     widths = [MIN_COLUMN]
     for lane in lanes:
         widths += [_width(mark.text) + 18 for mark in lane.marks.get(moment, ())]
@@ -158,7 +158,7 @@ def _band(story: Story, band: Band, top: int, left: int) -> Iterator[str]:
 
 
 def _loop(story: Story, band: Band, top: int, bottom: int) -> Iterator[str]:
-    """Yield the ground and the bracket of a lasso's loop, as far as it lies in the band."""
+    """Yield the background and the bracket of the loop of a lasso, as far as it is in the band."""
     if story.loop_start is None or band.last < story.loop_start + 1:
         return
     first, last = story.loop_start + 1, len(story.scenes)
@@ -186,7 +186,7 @@ def _lane(band: Band, lane: Lane, top: int, left: int) -> Iterator[str]:
 
 
 def _bars(band: Band, lane: Lane, row: Row, y: int) -> Iterator[str]:
-    """Yield a bar for each stretch of moments with one content."""
+    """Yield a bar for each maximal interval of moments with one content that is not empty."""
     moment = band.first
     while moment <= band.last:
         end = moment
@@ -211,7 +211,7 @@ def _mark(mark: LaneMark, x: int, y: int) -> str:
 
 
 def _legend(x: int, y: int) -> tuple[list[str], int]:
-    """Return what the bars and the marks mean, and where that ends."""
+    """Return the elements of the legend, and the x at which it ends."""
     found: list[str] = []
     for phase in ("running", "stopping", "waiting", "clearing"):
         found.append(f'<rect class="{phase}" x="{x}" y="{y}" width="22" height="{ROW - 3}"/>')

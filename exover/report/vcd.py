@@ -1,6 +1,6 @@
 """A run as a value change dump (IEEE 1364-2005 section 18), for waveform viewers.
 
-One scope a module; in it one signal a slot and one a waiting place of each request, and one each poster and state.
+There is a scope for each module; in it a signal for each slot and each waiting place, each poster and each state.
 Phases, values of enums, events and answers are of type `string`, which the standard lacks and the viewers read
 (GTKWave's extension); blanks, which end such a value, are written as underscores. Time counts steps: #0 is the start.
 """
@@ -32,7 +32,7 @@ class Signal:
 
 
 def render(title: str, version: str, story: Story) -> str:
-    """Return the dump with a final newline; it has no date, so that equal runs give equal bytes."""
+    """Return the dump with a final newline; it has no date, so that equal runs have equal bytes."""
     signals = list(_signals(story))
     codes = [_code(index) for index in range(len(signals))]
     lines = [f"$version exover {version} $end", f"$comment {_comment(title)} $end"]
@@ -93,7 +93,7 @@ def _answer(model: Model, scene: Scene) -> str:
 
 
 def _declarations(model: Model, signals: list[Signal], codes: list[str]) -> Iterator[str]:
-    """Yield the scopes with their signals; a name that stands in its scope already gets underscores."""
+    """Yield the scopes with their signals; a name that its scope has already gets underscores."""
     yield f"$scope module {model.name} $end"
     modules = dict.fromkeys(signal.module for signal in signals)
     for module in sorted(modules, key=bool):
@@ -140,12 +140,12 @@ def _change(kind: Type, value: Value, code: str) -> str:
 
 
 def _word(text: str) -> str:
-    """Return a text without blanks and without what is not printed."""
+    """Return a text with underscores in place of blanks and unprintable characters."""
     return "".join(character if character.isprintable() and not character.isspace() else "_" for character in text)
 
 
 def _comment(text: str) -> str:
-    """Return a text that ends no comment."""
+    """Return a text for a comment, without `$end`."""
     return " ".join(text.split()).replace("$end", "end")
 
 
