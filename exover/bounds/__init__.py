@@ -1,1 +1,1 @@
-"""How much an event costs at most, and how much the checker takes: bounds that are read from the tables."""
+"""Worst-case bounds of events, and the sizes of the checker, by static analysis of the tables."""

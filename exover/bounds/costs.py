@@ -147,7 +147,7 @@ class Costs:
     # ---- decisions and launches ----
 
     def launch(self, request: int) -> Doing:
-        """Return what a launch does, the decision left out."""
+        """Return the cost of a launch, without the decision."""
         row = self.tables.requests[request]
         found = self._effects(row.on_launch, row.on_ok)
         taken = self.tables.amounts[row.consumes : row.produces]
@@ -228,7 +228,7 @@ class Costs:
     # ---- events ----
 
     def ask(self, request: int) -> Doing:
-        """Return what an ask does itself; what waited may be superseded, and is counted out of its place."""
+        """Return the cost of an ask itself; what waited may be superseded, and is counted out of its place."""
         row = self.tables.requests[request]
         found = self.decision(request)
         found.tests += 2 * self.place[request]
@@ -236,7 +236,7 @@ class Costs:
         return found
 
     def report(self, request: int) -> Doing:
-        """Return what the report of a slot does itself, whatever the outcome."""
+        """Return the cost of the report of a slot itself, whatever the outcome."""
         row = self.tables.requests[request]
         found = self._effects(row.on_ok, row.effects_end)
         pasts = self.tables.pasts[row.pasts : row.pasts_end]
@@ -250,19 +250,19 @@ class Costs:
         return found
 
     def kill(self, request: int) -> Doing:
-        """Return what the abort of a slot does itself."""
+        """Return the cost of the abort of a slot itself."""
         return Doing(2 * self.slot[request], 1, self.turn(request, "running", "stopping"))
 
     def withdrawal(self, request: int) -> Doing:
-        """Return what giving up a waiting request does itself."""
+        """Return the cost of the abort of a waiting request itself."""
         return Doing(self.place[request], 1, self.placed(request))
 
     def reading(self, variable: int) -> Doing:
-        """Return what an observation of a poster does itself."""
+        """Return the cost of an observation of a poster itself."""
         found = self._read(variable)
         return Doing(found.tests + self.latches.tests, 1, found.moves | self.latches.moves)
 
     def level(self, stock: int) -> Doing:
-        """Return what an observation of a level does itself."""
+        """Return the cost of an observation of a level itself."""
         moves = self._any([self.tables.stocks[stock].entry]) | self.latches.moves
         return Doing(self.latches.tests, 1, moves)

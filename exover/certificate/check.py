@@ -211,7 +211,7 @@ class Checker:
         return {name for name, var in self.vars.items() if now.state[name] is not var}
 
     def _told(self, name: str, parts: list[Any], enabled: Any, now: TableStep, changed: set[str]) -> None:
-        """Check that a rule that is still stays so, and broken or not, if no entry of which it is told has changed."""
+        """Check: if no entry that a rule is told of changed, a still rule stays still, and is broken iff it was."""
         before, after = TableStep(self.table, self.vars), TableStep(self.table, now.state)
         for number, rule in enumerate(self.table.rules):
             still, wakes = self.still(("rule", number))

@@ -1,4 +1,4 @@
-"""Answers to single questions that `exover check` keeps beside a project (docs/checks.md, "The cache")."""
+"""The cache of answers to single questions of `exover check` (docs/checks.md, "The cache")."""
 
 import argparse
 import json
@@ -12,13 +12,13 @@ from exover.dataclass import dataclass
 from exover.model.wire import Json
 
 FRESH = ("certificate", "timings", "timeout", "memory")
-"""Options with which every question is asked: they write what is evidence, measure or limit."""
+"""The options with which every question is asked anew: they write evidence, measure or limit something."""
 MOST = 4_000
-"""Answers that are kept of one loop; of more, those are dropped that were not used last."""
+"""The most answers that are kept of one loop; of more, those kept or used longest ago are dropped."""
 
 
 def answers_of(arguments: argparse.Namespace, spec: str) -> "AnswerFiles | None":
-    """Return where the answers about a spec are kept; None if they are not, or are not to be used."""
+    """Return the store of the answers about a spec; None if it is not to be used."""
     if is_off(arguments) or spec == "-" or any(getattr(arguments, name) for name in FRESH):
         return None
     try:
@@ -30,20 +30,20 @@ def answers_of(arguments: argparse.Namespace, spec: str) -> "AnswerFiles | None"
 
 @dataclass
 class AnswerFiles:
-    """Answers in a folder, a file for each loop; `who` tells programs apart that might answer otherwise."""
+    """Answers in a folder, a file for each loop; `who`: a digest of the programs that give the answers."""
 
     folder: Path
     who: str
     _known: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def find(self, loop: str) -> Mapping[str, Any]:
-        """Return what is kept of a loop, by question; nothing if the file is damaged."""
+        """Return the answers about a loop, by question; empty if there are none or the file is damaged."""
         if loop not in self._known:
             self._known[loop] = self._read(loop)
         return self._known[loop]
 
     def keep(self, loop: str, answers: Mapping[str, Json]) -> None:
-        """Keep answers, beside what others have kept meanwhile."""
+        """Add answers to those in the file, which other processes may have changed since it was read."""
         before = self._read(loop)
         together = {key: value for key, value in before.items() if key not in answers} | dict(answers)
         self._known[loop] = dict(list(together.items())[-MOST:])
@@ -65,5 +65,5 @@ class AnswerFiles:
 
 
 def _seal(who: str, loop: str, answers: Mapping[str, Json]) -> str:
-    """Return what tells a damaged file: the digest of what it holds and of what it is for."""
+    """Return the digest of the content and the purpose of a file, by which a damaged file is recognised."""
     return digest([who, loop, json.dumps(answers)])

@@ -32,7 +32,7 @@ SHELLS = ("bash", "zsh", "fish")
 TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 NOT_ASKED = {"certificate": None, "count": False, "bounds": False, "max_tests": None, "max_rom": None, "max_ram": None}
 NOT_ASKED |= {"no_cache": True}
-"""What `check` may be asked for besides findings, and a report has not."""
+"""The options of `check` that `report` lacks, with the values that it has for them."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -106,7 +106,7 @@ def _check(verbs: Any) -> None:
 
 
 def _choice(check: argparse.ArgumentParser) -> None:
-    """Add which checks are asked."""
+    """Add the options that choose the checks to ask."""
     for option, what in (("only", "ask these checks alone"), ("skip", "do not ask these checks")):
         check.add_argument(
             f"--{option}", metavar="CHECK[,…]", type=names, action="extend", default=[], help=f"{what}, or severities"
@@ -115,7 +115,7 @@ def _choice(check: argparse.ArgumentParser) -> None:
 
 
 def _judging(verb: argparse.ArgumentParser) -> None:
-    """Add who answers what is asked, and which findings count."""
+    """Add the options for engines, and for which findings count."""
     verb.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     verb.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     verb.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
@@ -201,7 +201,7 @@ def _explain(verbs: Any) -> None:
 
 
 def _which(parser: argparse.ArgumentParser) -> None:
-    """Add which finding of a report is meant."""
+    """Add the options that choose a finding of a report."""
     parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
     parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
 
@@ -410,7 +410,7 @@ def _help(verbs: Any) -> None:
 
 
 def _limits(parser: argparse.ArgumentParser) -> None:
-    """Add what every verb takes that checks: what is assumed and asked besides, and how long it may take."""
+    """Add the options of every verb that checks: the properties file, and the resources."""
     parser.add_argument(
         "--properties",
         metavar="FILE",
@@ -420,7 +420,7 @@ def _limits(parser: argparse.ArgumentParser) -> None:
 
 
 def _resources(parser: argparse.ArgumentParser) -> None:
-    """Add how long a verb may take, in how many processes, and how much memory."""
+    """Add the limits of a verb: time, processes, memory."""
     parser.add_argument("--timeout", metavar="SECONDS", type=seconds, help="what is not answered by then is unknown")
     parser.add_argument(
         "--jobs",

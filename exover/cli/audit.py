@@ -1,4 +1,4 @@
-"""`exover audit`: ask a spec what it would have said to missions that are over."""
+"""`exover audit`: compare recorded missions with the answers that the checker of a spec would have given."""
 
 import argparse
 import os
@@ -26,7 +26,7 @@ from exover.source import STDIN
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Audit the missions, print what was found, and return what became of them."""
+    """Audit the missions, print the findings, and return the exit status."""
     refuse_twice(arguments.spec, arguments.bind, *arguments.missions)
     model = read_spec(arguments.spec)
     binding = binding_of(arguments.bind, model) if arguments.bind else None
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _missions(paths: list[str], scratch: str) -> Paths:
-    """Return where the missions are and what they are called; `CliError` if a folder cannot be read or holds none."""
+    """Return path and name of each mission; `CliError` if a path cannot be read or holds none."""
     found: list[tuple[str, str]] = []
     for path in paths:
         if path == "-":
@@ -67,7 +67,7 @@ def _missions(paths: list[str], scratch: str) -> Paths:
 
 
 def _installed(arguments: argparse.Namespace, missions: Paths) -> None:
-    """Raise `CliError` if a package is missing that is needed."""
+    """Raise `CliError` if a package that is needed is not installed."""
     needed = []
     if arguments.out or any(path.endswith(TABLES) for path, _ in missions):
         needed.append(("pyarrow", "audit", "Parquet"))
@@ -125,7 +125,7 @@ def _write_table(found: list[MissionResult], path: str) -> None:
 
 
 def _complain(audit: Audit) -> None:
-    """Tell what is wrong with missions."""
+    """Complain of the errors and mistakes in missions."""
     for mission in audit.missions:
         if mission.error:
             complain(f"exover: error: {mission.name}: {mission.error}")

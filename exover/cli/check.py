@@ -42,7 +42,7 @@ from exover.report.summary import ERRORS, Summary, Unchecked
 from exover.source import Source
 
 BY_NAME: tuple[ReportFormat, ...] = ("sarif", "junit")
-"""Formats whose readers know a spec by its name alone."""
+"""The formats whose readers identify a spec by its name alone."""
 STATUS: dict[Verdict, ExitStatus] = {
     "holds": ExitStatus.OK,
     "violated": ExitStatus.VIOLATED,
@@ -51,9 +51,9 @@ STATUS: dict[Verdict, ExitStatus] = {
 
 
 def run(arguments: argparse.Namespace, kept: ReportEntry | None = None) -> int:
-    """Print and write the findings and return the status of their verdict, the severest of all specs.
+    """Print and write the reports and return the exit status, the severest of all specs.
 
-    `kept`: where the report is kept for the next time, if all is known and nothing else is to be said.
+    `kept`: the entry of the cache for the report; it is used if nothing is unknown and nothing was complained of.
     """
     before = Complaints.count
     named = specs_of(arguments.specs, arguments.changed)
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace, kept: ReportEntry | None = None) -> int:
 
 
 def _is_lasting(summary: Summary, status: int) -> bool:
-    """Return whether the report would be the same if all was asked anew."""
+    """Return whether the report would be the same if everything were asked again: nothing unknown or interrupted."""
     known = all(finding.verdict != "unknown" for finding in summary.findings)
     return known and status in (ExitStatus.OK, ExitStatus.VIOLATED)
 
@@ -99,7 +99,7 @@ def _tell(arguments: argparse.Namespace, render: Callable[[ReportFormat], str]) 
 
 
 def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
-    """Return what there is to report of one spec, and the status of that."""
+    """Return the findings of one spec, and their exit status."""
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if arguments.share is not None:
         limits = replace(limits, deadline=min(limits.deadline, monotonic() + arguments.share))
@@ -134,7 +134,7 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
 
 
 def _judged(outcome: CheckOutcome, policy: Policy, model: Model) -> tuple[Finding, ...]:
-    """Return the findings with their excuses; what is to say of waivers is told."""
+    """Return the findings with their excuses; warn of waivers that have expired or match nothing."""
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
@@ -144,7 +144,7 @@ def _judged(outcome: CheckOutcome, policy: Policy, model: Model) -> tuple[Findin
 def _status(
     arguments: argparse.Namespace, summary: Summary, built: Build | None, written: ExitStatus, stopped: bool
 ) -> ExitStatus:
-    """Return how the command ends; what is exceeded is told."""
+    """Return the exit status; complain of each budget that is exceeded."""
     if stopped or written is ExitStatus.INTERRUPTED:
         return ExitStatus.INTERRUPTED
     exceeded = list(_exceeded(arguments, built)) if built else []
@@ -161,7 +161,7 @@ def skipped(asked: Collection[str] | None) -> tuple[str, ...]:
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
-    """Yield what the tables take more of than the command line allows."""
+    """Yield a message for each budget of the command line that the tables exceed."""
     figures = table_figures(built, bounded=arguments.max_tests is not None)
     if figures.bounds:
         tests, event = figures.bounds.worst("tests")
@@ -176,14 +176,14 @@ def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
 
 
 def read(arguments: argparse.Namespace) -> tuple[Source, Model, Properties]:
-    """Return the text of the spec, its model, and what its properties file says."""
+    """Return the text of the spec, its model, and its properties."""
     refuse_twice(arguments.spec, arguments.properties)
     source, model = load_spec(arguments.spec)
     return source, model, read_properties(arguments.spec, arguments.properties, model)
 
 
 def too_late(arguments: argparse.Namespace, limits: Limits) -> ExitStatus:
-    """Tell the user that not even the spec could be read in time, and return the status for that."""
+    """Complain that the time was over before the spec was read, and return the exit status."""
     complain(f"exover: error: {limits.reason}: it was over before {shown(arguments.spec)} was read")
     return ExitStatus.UNKNOWN
 
@@ -197,9 +197,9 @@ def decide(
     count: bool = False,
     store: AnswerStore | None = None,
 ) -> tuple[Build | None, CheckOutcome]:
-    """Return the tables of a model, unless the time is over before, and what the checks say of them.
+    """Return the tables of a model, None if the time is over before, and the outcome of the checks.
 
-    What the store knows is not asked.
+    Questions that `store` has an answer to are not asked.
     """
     with Live() as progress:
         try:
@@ -220,7 +220,7 @@ def decide(
 def _certify(
     file: str, built: Build | None, outcome: CheckOutcome, properties: Properties, limits: Limits
 ) -> ExitStatus:
-    """Write the certificate of what was found, if there is time for it, and return how that ends."""
+    """Write the certificate of the findings and return the exit status: UNKNOWN if the time is over, INTERRUPTED."""
     try:
         if outcome.interrupted:
             raise KeyboardInterrupt
@@ -239,7 +239,7 @@ def _certify(
 
 
 def _read_for(spec: str) -> set[str]:
-    """Return the real paths of a spec and of its parts; of a spec that cannot be read its own."""
+    """Return the real paths of a spec and of its parts; of a spec that cannot be read, its own alone."""
     try:
         return files_of(spec)
     except OSError:
@@ -247,7 +247,7 @@ def _read_for(spec: str) -> set[str]:
 
 
 def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
-    """Raise `CliError` if a report would be written over a spec or another report, or one file is for many specs."""
+    """Raise `CliError` if an output is an input or is named twice, or an option or format does not fit the specs."""
     outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
     outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
@@ -268,7 +268,7 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
 
 
 def _refuse_namesakes(specs: Sequence[str], form: ReportFormat) -> None:
-    """Raise `CliError` if two specs bear one name: what one report says of them would be taken for one another's."""
+    """Raise `CliError` if two specs have the same name, since a report of this format would mix their findings."""
     known: dict[str, str] = {}
     for spec in specs:
         with suppress(OSError):  # what cannot be read is told of later

@@ -17,7 +17,7 @@ PATHS = {
     "DIR": shtab.DIRECTORY,
     **dict.fromkeys(("FILE", "SPEC", "PATH", "TABLE", "FINDING", "REPORT", "BOX"), shtab.FILE),
 }
-"""What an argument is completed with, by the name that the help gives it."""
+"""By the metavar of an argument, the kind of path that completes it."""
 FISH_FILES = " (__fish_complete_path (commandline -ct))"
 SPLIT = """
 # As `_shtab_exover`, of `--format=json` as of `--format json`: bash splits words at `=`.
@@ -37,23 +37,23 @@ _exover() {
 }
 complete -o bashdefault -F _exover exover
 """
-"""What stands behind the script for bash."""
+"""The text appended to the script for bash."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the script for a shell, made from the very parser that reads the arguments."""
+    """Print the script for a shell, made from the parser that reads the arguments."""
     described = parser()
     for verb, action in _actions(described, ""):
         found = _completed(verb, action)
         if found:
-            action.complete = found  # type: ignore[attr-defined]  # where shtab looks for it
+            action.complete = found  # type: ignore[attr-defined]  # the attribute that shtab reads
     script = shtab.complete(described, shell=arguments.shell).rstrip()
     out(f"{script}\n{SPLIT if arguments.shell == 'bash' else ''}")
     return ExitStatus.OK
 
 
 def _completed(verb: str, action: argparse.Action) -> Mapping[str, object] | None:
-    """Return what completes an argument of a verb; None if its choices do, or nothing does."""
+    """Return the completion of an argument of a verb; None if its choices complete it, or nothing does."""
     match verb, action.dest:
         case _, "only" | "skip" if action.metavar == "CHECK[,…]":
             return _words("checks", (*SEVERITY, *dict.fromkeys(SEVERITY.values())), ",")
@@ -70,7 +70,7 @@ def _completed(verb: str, action: argparse.Action) -> Mapping[str, object] | Non
 
 
 def _words(name: str, words: Iterable[str], between: str = "", files: bool = False) -> Mapping[str, object]:
-    """Return what completes one of some words, with `between` a list of them, with `files` a file as well."""
+    """Return the completion by one of these words; `between`: by a list of them; `files`: or by a file."""
     listed = " ".join(words)
     head, last = ('"${1%"${1##*,}"}"', '"${1##*,}"') if between else ('""', '"$1"')
     lines = [f"_exover_{name}() {{", f'  compgen -P {head} -W "{listed}" -- {last}']
@@ -85,7 +85,7 @@ def _words(name: str, words: Iterable[str], between: str = "", files: bool = Fal
 
 
 def _actions(described: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, argparse.Action]]:
-    """Yield the arguments of a parser, and those of its verbs, each with its verb."""
+    """Yield the arguments of a parser and of its verbs, each with its verb."""
     for action in described._actions:
         yield verb, action
         if isinstance(action, argparse._SubParsersAction):

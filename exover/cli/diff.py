@@ -1,4 +1,4 @@
-"""`exover diff`: say which answers a change of a spec changes, and which properties."""
+"""`exover diff`: find the answers and the properties that differ between two versions of a spec."""
 
 import argparse
 from collections.abc import Collection
@@ -20,11 +20,11 @@ from exover.pipeline import Build, build, check, diff
 from exover.rendering import told
 
 Spec = tuple[str, Model, Properties]
-"""What a version is called, its model, and what its properties file says."""
+"""A version: its name in messages, its model, and its properties."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print or write what differs, and return the status of that."""
+    """Print or write the differences, and return the exit status."""
     if arguments.out is not None:
         refuse_unwritable(arguments.out)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
@@ -66,7 +66,7 @@ def _in_work_tree(path: str, properties: str | None) -> Spec:
 
 
 def _renamed(pairs: Collection[tuple[str, str]], old: Model, new: Model) -> dict[str, str]:
-    """Return what requests of OLD are called in NEW; `CliError` if there is none, or two would be one."""
+    """Return by request of OLD its name in NEW; `CliError` if a request does not exist, or two would be one."""
     for side, model, names in (("OLD", old, [a for a, _ in pairs]), ("NEW", new, [b for _, b in pairs])):
         for name in names:
             if name not in model.request:
@@ -112,7 +112,7 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
 
 
 def _status(compared: Compared, deny_weaker: bool) -> ExitStatus:
-    """Return 1 if NEW launches what OLD does not and that is denied, 3 if something is not known, else 0."""
+    """Return 1 if `deny_weaker` and NEW launches what OLD refuses or lets wait, 3 if something is unknown, else 0."""
     if deny_weaker and compared.weaker:
         return ExitStatus.VIOLATED
     unknown = compared.undecided or any(each.unknown for each in compared.judged)

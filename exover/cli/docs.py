@@ -1,4 +1,4 @@
-"""`exover docs`: print or open the pages that are installed with the command."""
+"""`exover docs`: print or open the pages of the documentation that are installed with the command."""
 
 import argparse
 import webbrowser
@@ -16,7 +16,7 @@ FIRST = "index"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the page, or open it with the program that the system has for it."""
+    """Print the page, or open it with the default program of the system."""
     path = _path(arguments.page)
     if not arguments.open:
         out(read_text(str(path)))
@@ -26,12 +26,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def pages() -> dict[str, Path]:
-    """Return where the pages are, by name, in the order of the names."""
+    """Return the paths of the pages by name, sorted."""
     return {path.stem: path for path in sorted(FOLDER.glob(f"*{SUFFIX}"))}
 
 
 def _path(page: str) -> Path:
-    """Return where a page is, by its name with or without the suffix; `CliError` if there is none."""
+    """Return the path of a page, by its name with or without the suffix; `CliError` if there is none."""
     found = pages()
     if FIRST not in found:
         raise CliError(f"the pages are not installed: {FOLDER} holds none")

@@ -1,4 +1,4 @@
-"""`exover doctor`: say what is installed, which back end is a slow fall-back, and what to do about it."""
+"""`exover doctor`: print which libraries and programs are installed, which slow fall-backs work, and remedies."""
 
 import argparse
 import platform
@@ -17,14 +17,14 @@ from exover.engines.process import NotRunnable
 from exover.engines.process import run as run_program
 
 PATIENCE = 20.0
-"""Seconds for a program to say its version."""
+"""The seconds that a program has to print its version."""
 
 
 @dataclass(frozen=True, slots=True)
 class Help:
-    """A library or program that need not be there: what it gains, what happens without it, what to do then.
+    """A library or program that exover can use: what it gains, what happens without it, how to get it.
 
-    `found` says which one is there, and raises `NotRunnable` if none is. `slow`: something slower does its work then.
+    `found`: returns the version that is installed; raises `NotRunnable` if none is. `slow`: it has a slow fall-back.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Help:
 
 
 def run(arguments: argparse.Namespace) -> ExitStatus:
-    """Print what runs here, then a paragraph for each of `HELPS`; that something is missing is no error."""
+    """Print the versions and the system, then each of `HELPS`; that one is missing is no error."""
     system = f"{platform.system()} on {platform.machine()}"
     out(f"exover {__version__}, Python {platform.python_version()}, {system}\n\n")
     slow = [help_.name for help_ in HELPS if _tell(help_) == "!"]
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _tell(help_: Help) -> str:
-    """Print whether it is there, and what to do if it is not; return its mark."""
+    """Print whether it is installed, and the remedy if it is not; return its mark: `+`, `-`, or `!` of a slow one."""
     try:
         out(f"+ {help_.name}: {help_.found()}; {help_.gain}\n")
     except (NotRunnable, TimeoutError) as reason:
@@ -124,7 +124,7 @@ def _graphviz() -> str:
 
 
 def _said(command: list[str], word: str = "", variables: Mapping[str, str] | None = None) -> str:
-    """Return the first line with a word that a program prints. Raises `NotRunnable`, `TimeoutError`."""
+    """Return the first line with `word` that a program prints; raises `NotRunnable` and `TimeoutError`."""
     with TemporaryDirectory(prefix="exover-") as folder:
         ended = run_program(command, Path(folder), variables, PATIENCE)
     for line in map(str.strip, (ended.printed + ended.complained).splitlines()):
@@ -242,4 +242,4 @@ HELPS = (
         "install Rust from https://rustup.rs",
     ),
 )
-"""In the order in which they are printed."""
+"""The libraries and programs, in the order in which they are printed."""

@@ -23,14 +23,14 @@ from exover.rendering import report, summarise
 from exover.report.summary import ERRORS as COUNTED
 
 QUESTIONS = ("smt2", "smv", "aiger")
-"""Targets that say what is asked of the loop."""
+"""The targets for other checkers: the loop with the questions about it."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the artefacts of all targets and print their paths; write nothing, and say why, if an error does not hold.
+    """Write the artefacts of all targets and print their paths; if an error does not hold, print the report instead.
 
-    No waiver and no baseline counts here: what is emitted is marked as checked. Questions for others to answer are
-    written whatever the answers are, unless tables are emitted with them.
+    Waivers and baselines do not count here, since tables are marked as checked. Targets in QUESTIONS are written
+    whatever the verdict is, unless tables are emitted with them.
     """
     targets = tuple(dict.fromkeys(target for listed in arguments.target for target in listed.split(",")))
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)

@@ -1,4 +1,4 @@
-"""Which engines a command asks: its options `--engine`, `--nusmv` and `--abc`."""
+"""The engines that a command asks, by its options `--engine`, `--nusmv` and `--abc`."""
 
 import argparse
 from dataclasses import replace
@@ -11,11 +11,11 @@ from exover.engines.process import NotRunnable
 
 Choice = Literal["auto", "aig", "bdd", "z3", "nusmv", "all"]
 EMBEDDED = "none"
-"""What `--abc` says if ABC is not to be asked."""
+"""The value of `--abc` with which ABC is not asked."""
 
 
 def engines_of(arguments: argparse.Namespace) -> Engines:
-    """Return the engines; raises `CliError` if one that was asked for by name is not there."""
+    """Return the engines; raises `CliError` if options contradict each other, or an engine asked for is missing."""
     choice: Choice = arguments.engine
     if arguments.nusmv is not None and choice not in ("nusmv", "all"):
         raise CliError("--nusmv is for --engine nusmv and --engine all")
@@ -37,12 +37,12 @@ def engines_of(arguments: argparse.Namespace) -> Engines:
 
 
 def portfolio(abc: str | None = None) -> Engines:
-    """Return the engines that are asked if nobody says which."""
+    """Return the engines that are asked by default."""
     return replace(PORTFOLIO, abc=abc_of(abc))
 
 
 def abc_of(given: str | None) -> str:
-    """Return the program of Berkeley ABC, or nothing: the embedded solver goes on without, and the user is told why."""
+    """Return the program of Berkeley ABC; "" if it is not to be asked or, with a warning if it was named, unusable."""
     from exover.engines.aig import abc
 
     if given == EMBEDDED:

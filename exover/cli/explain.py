@@ -1,4 +1,4 @@
-"""`exover explain`: say why an event was answered so, or what a check or an error code means."""
+"""`exover explain`: explain the answer to an event, or print the page of a check or an error code."""
 
 import argparse
 import json
@@ -23,7 +23,7 @@ from exover.source import Source
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the page of a check or code, or why the event was answered so; refuse a run without it."""
+    """Print the page of a check or code, or the explanation of the answer to the last event or to a step."""
     found = page(arguments.spec or "")
     if found:
         _refuse_run(arguments)
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_run(arguments: argparse.Namespace) -> None:
-    """Raise `CliError` if a run is named besides a page: it is a check of a report that is meant."""
+    """Raise `CliError` if an option for a run is given with a page: `--check` is meant."""
     for option in ("finding", "events", "check", "subject", "step"):
         if getattr(arguments, option) is not None:
             name = arguments.spec
@@ -78,7 +78,7 @@ def _finding(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def _step(arguments: argparse.Namespace, recorded: Recorded) -> int:
-    """Return the step that is meant: the last, unless one is given."""
+    """Return the number of the step to explain: the one given, else the last; `CliError` if there is none such."""
     steps = len(recorded.moments)
     if not steps:
         raise CliError(f"{recorded.title} shows the start, where nothing has happened yet: there is no step to explain")
@@ -106,7 +106,7 @@ def _told(page: Page, form: str) -> str:
 
 
 def _refuse_unknown(name: str) -> None:
-    """Raise `CliError` for a word that is neither a file nor a check nor a code."""
+    """Raise `CliError` for a word that is neither a file nor a check nor an error code."""
     if re.fullmatch(r"[A-Za-z][\w-]*", name) and not os.path.exists(name):
         near = did_you_mean(name, pages()) or f"checks and codes are those of {', '.join(FILES)} in docs"
         raise CliError(f"there is no spec, check or error code {name}; {near}")

@@ -24,7 +24,7 @@ from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
 MOST_BYTES = 1 << 28
-"""What tables, a certificate, a black box or a report may have: of a file that is cut nothing is known."""
+"""The most bytes of tables, a certificate, a black box or a report; a larger file is refused."""
 
 
 def read_spec(path: str) -> Model:
@@ -33,28 +33,28 @@ def read_spec(path: str) -> Model:
 
 
 def load_spec(path: str) -> tuple[Source, Model]:
-    """Return the text of a spec with its parts, and its model; as `read_spec`."""
+    """Return the text of a spec with its parts, and its model; errors as of `read_spec`."""
     loaded = load_file(path)
     return loaded.source, model_of(replace(loaded, diagnostics=advised(loaded.diagnostics, path)))
 
 
 def model_of(loaded: Loaded) -> Model:
-    """Return the model of what was read; what is wrong goes to standard error, and `CliError` is raised."""
+    """Return the model of a loaded spec; mistakes go to standard error, and `CliError` is raised."""
     return _whole(loaded.model, loaded.diagnostics, loaded.source)
 
 
 def load_file(path: str) -> Loaded:
-    """Return what became of a spec file; `CliError` is raised if it cannot be read, not for mistakes in it.
+    """Return a loaded spec file with its diagnostics; `CliError` is raised if it cannot be read, not for mistakes.
 
-    A spec from standard input has no folder, and so includes nothing.
+    A spec from standard input has no folder, and so cannot include files.
     """
     return load(read_source(path), None if path == "-" else read_part)
 
 
 def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
-    """Return what the properties file of a spec says: the one given, else the one found, else nothing.
+    """Return the properties of a spec: of the file given, else of the one found, else none.
 
-    What is wrong with the file goes to standard error, and `CliError` is raised; so it is if several are found.
+    Mistakes in the file go to standard error, and `CliError` is raised, also if several files are found.
     """
     path = given or the_properties(spec_path, model.name)
     if path is None:
@@ -63,7 +63,7 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
 
 
 def properties_of(source: Source, model: Model) -> Properties:
-    """Return what a properties file says; what is wrong goes to standard error, and `CliError` is raised."""
+    """Return the properties in a file; mistakes go to standard error, and `CliError` is raised."""
     loaded = load_properties(source, model)
     return _whole(loaded.properties, loaded.diagnostics, source)
 
@@ -71,7 +71,7 @@ def properties_of(source: Source, model: Model) -> Properties:
 def the_properties(spec: str, name: str, option: str = "--properties") -> str | None:
     """Return the properties file of a spec that has this name, if there is one; `CliError` if there are several.
 
-    `option`: by which one of them could be named.
+    `option`: the option by which the user can name one.
     """
     found = properties_files(spec, name)
     if len(found) > 1:
@@ -89,7 +89,7 @@ def properties_files(spec: str, name: str) -> list[str]:
 
 
 def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
-    """Return what was read; print what is wrong with it, and raise `CliError` if that left nothing."""
+    """Return the content; print its diagnostics, and raise `CliError` if it is None."""
     if diagnostics:
         complain(render_all(diagnostics, source))
     if content is None:
@@ -99,18 +99,18 @@ def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Sourc
 
 
 def shown(path: str) -> str:
-    """Return the name by which messages and reports know a file that is given as `path`."""
+    """Return the name of a file in messages and reports."""
     return STDIN if path == "-" else path
 
 
 def refuse_twice(*paths: str | None) -> None:
-    """Raise `CliError` if more than one of what is read is standard input: the first would leave nothing of it."""
+    """Raise `CliError` if more than one of the inputs is standard input, which can be read once."""
     if paths.count("-") > 1:
         raise CliError("only one thing can be read from standard input, and - stands for it twice")
 
 
 def read_bytes(path: str) -> bytes:
-    """Return what a file holds that is no text of the language, or standard input if the path is `-`.
+    """Return the bytes of a file that is no text of the language, or of standard input if the path is `-`.
 
     `CliError` is raised if it cannot be read, or is larger than `MOST_BYTES`.
     """
@@ -138,12 +138,12 @@ def standard_input() -> BinaryIO:
 
 
 def read_source(path: str) -> Source:
-    """Return the text of a spec or properties file; what is wrong goes to standard error, and `CliError` is raised."""
+    """Return the text of a spec or properties file; errors go to standard error, and `CliError` is raised."""
     return source_of(shown(path), read_language(path))
 
 
 def read_language(path: str) -> bytes:
-    """Return what a file of the language or a configuration holds; as `read_source`."""
+    """Return the bytes of a file of the language or of a configuration; errors as of `read_source`."""
     name = shown(path)
     try:
         return _content(path, MAX_BYTES + 1)
@@ -154,7 +154,7 @@ def read_language(path: str) -> bytes:
 
 
 def source_of(name: str, content: bytes) -> Source:
-    """Return the text that a file of this name holds; what is wrong goes to standard error, `CliError` is raised."""
+    """Return the text in the bytes of a file of this name; errors go to standard error, and `CliError` is raised."""
     source = decode(name, content)
     if isinstance(source, Diagnostic):
         complain(render_all([source], Source(name, "")))
@@ -163,7 +163,7 @@ def source_of(name: str, content: bytes) -> Source:
 
 
 def read_text(path: str) -> str:
-    """Return the text that a UTF-8 file holds; as `read_bytes`."""
+    """Return the text of a UTF-8 file; errors as of `read_bytes`."""
     content = read_bytes(path)
     try:
         return content.decode("utf-8-sig")
@@ -172,13 +172,13 @@ def read_text(path: str) -> str:
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
-    """Write every artefact into the folder, which is made if it is not there, and return the paths.
+    """Write every artefact into the folder, which is made if it is missing, and return the paths.
 
-    A name may be that of a file in a folder of its own below.
+    The name of an artefact may have folders, which are made too.
 
-    All are written under other names and synced before the first gets its own, so that a full disk leaves everything
-    as it was. Links are followed; what is there and no regular file, a device or a pipe, is written into. Raises
-    `CliError` if one cannot be written.
+    All are written under temporary names and synced before the first is renamed, so that a full disk leaves everything
+    as it was. Links are followed; an existing device or pipe is written into. Raises `CliError` if one cannot be
+    written.
     """
     missing = _missing(folder)
     streams: dict[str, bytes] = {}
@@ -207,13 +207,13 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
         raise CliError(f"cannot write {error.filename2 or path}: {error.strerror}") from error
     finally:
         for made in missing:
-            with suppress(OSError):  # it is not empty: everything is written
+            with suppress(OSError):  # not empty: everything is written
                 made.rmdir()
     return paths
 
 
 def write_one(path: str, content: bytes, option: str = "--out") -> list[str]:
-    """Write one file as `write_all` does, and return its path. Raises `CliError`: `option` is what should name it."""
+    """Write one file as `write_all` does, and return its path; `option`: the option that names it, for `CliError`."""
     folder, name = os.path.split(path)
     if not name:
         raise CliError(f"{path} is a folder: {option} names the file to write")
@@ -221,7 +221,7 @@ def write_one(path: str, content: bytes, option: str = "--out") -> list[str]:
 
 
 def refuse_unwritable(path: str, option: str = "--out") -> None:
-    """Raise the `CliError` of `write_one` that can be told before anything is written, so that no work is in vain."""
+    """Raise the `CliError` of `write_one` as far as it can be known before any work is done."""
     _, name = os.path.split(path)
     if not name:
         raise CliError(f"{path} is a folder: {option} names the file to write")
@@ -239,7 +239,7 @@ def refuse_unwritable(path: str, option: str = "--out") -> None:
 
 
 def _missing(folder: str) -> list[Path]:
-    """Return the folder and those above it that are not there, the deepest first."""
+    """Return the folder and those above it that do not exist, the deepest first."""
     return [path for path in (Path(folder), *Path(folder).parents) if not path.exists()]
 
 
@@ -251,7 +251,7 @@ def _write(path: str, content: bytes) -> None:
 
 
 def _is_stream(path: str) -> bool:
-    """Return whether there is something that takes bytes and cannot be replaced; `CliError` if it is a directory."""
+    """Return whether a path is a device, a pipe or a standard stream, to be written into; `CliError` if a directory."""
     try:
         mode = os.stat(path).st_mode
     except FileNotFoundError:
@@ -262,7 +262,7 @@ def _is_stream(path: str) -> bool:
 
 
 def _standard(path: str) -> int | None:
-    """Return the descriptor of standard output or standard error if the path leads to what it writes to."""
+    """Return the descriptor of standard output or standard error if the path is the same file; else None."""
     for number in (1, 2):
         with suppress(OSError):  # it is closed
             if os.path.samestat(os.stat(path), os.fstat(number)):
@@ -271,7 +271,7 @@ def _standard(path: str) -> int | None:
 
 
 def _write_into(path: str, content: bytes) -> None:
-    """Write to what is there; a standard stream goes on where it is. Nobody has to read to the end."""
+    """Write into a device, a pipe or a standard stream, this at its present position; a broken pipe is no error."""
     number = _standard(path)
     with suppress(BrokenPipeError), open(path if number is None else os.dup(number), "wb") as file:
         file.write(content)

@@ -12,9 +12,9 @@ from exover.report.recorded import Recorded, UnreadableReport, choose, read
 
 
 def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
-    """Return the first finding that is meant, and the spec that it is about: the one given, else that of the report.
+    """Return the first finding that the options choose, and its spec: the one given, else that of the report.
 
-    It is told which others are there; `CliError` is raised if there is none, or no spec is known.
+    A note names the other findings; raises `CliError` if there is no finding, or no spec is known.
     """
     path = arguments.finding
     try:
@@ -45,7 +45,7 @@ def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Record
 
 
 def _listed(found: Iterable[Recorded]) -> str:
-    """Return the findings by check and subject, not too many of them."""
+    """Return the findings by check and subject, at most 20 of them."""
     most = 20
     names = [f"{each.check} {each.subject}" for each in found]
     more = [f"{len(names) - most} more"] if len(names) > most else []

@@ -1,4 +1,4 @@
-"""`exover fmt`: give specs and properties files the one canonical layout."""
+"""`exover fmt`: format specs and properties files in the canonical layout."""
 
 import argparse
 import os
@@ -23,7 +23,7 @@ class _Mistaken(CliError):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Format the files, tell which changed or would, and return the status; one that is wrong keeps no other back."""
+    """Format the files, print which changed or would, and return the status; a mistake in one stops no other."""
     results: Counter[Result] = Counter()
     wrong: Counter[str] = Counter()
     for path in dict.fromkeys(_files(arguments.files)):
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _files(paths: Iterable[str]) -> Iterator[str]:
-    """Yield the files, of a folder the regular ones of the language in it and below, hidden folders left out."""
+    """Yield the files; for a folder, the regular files of the language in it and below, without hidden folders."""
     for path in paths:
         if not os.path.isdir(path):
             yield path
@@ -59,12 +59,12 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
             for file in there:
                 if os.path.isfile(file):
                     yield file
-                else:  # a pipe would be waited for
+                else:  # opening a pipe would wait
                     complain(f"exover: note: {file} is passed over: it is no regular file")
 
 
 def _format(path: str, check: bool) -> tuple[Result, bytes]:
-    """Format a file unless `check` is set, and return what it is formatted, too; raise `CliError` if it is wrong."""
+    """Format a file, with `check` without writing; return the result and the formatted bytes. Raises `CliError`."""
     if path != "-" and os.path.exists(path) and not os.path.isfile(path):
         raise CliError(f"{path} is no regular file; - formats standard input")
     given = read_language(path)
@@ -79,7 +79,7 @@ def _format(path: str, check: bool) -> tuple[Result, bytes]:
 
 
 def _formatted(path: str, given: bytes) -> bytes:
-    """Return a text in the canonical layout; what is wrong with it goes to standard error, and `CliError` is raised."""
+    """Return a text in the canonical layout; mistakes go to standard error, and `CliError` is raised."""
     source = source_of(shown(path), given)
     text, mistakes = formatted(source)
     if text is None:
@@ -90,7 +90,7 @@ def _formatted(path: str, given: bytes) -> bytes:
 
 
 def _replace(path: str, content: bytes) -> None:
-    """Write a file whole, what a link leads to rather than the link, and keep its permissions."""
+    """Write a file whole or not at all, following links, and keep its permissions."""
     folder, name = os.path.split(os.path.realpath(path))
     mode = stat.S_IMODE(os.stat(path).st_mode)
     write_all(folder, [Artefact(name, content)])

@@ -1,4 +1,4 @@
-"""`exover gate`: validate a binding, or stand between clients and modules."""
+"""`exover gate`: validate a binding, or run the gate between clients and modules."""
 
 import argparse
 import gc
@@ -26,7 +26,7 @@ from exover.run.simulate import Engine
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do what `exover gate check`, `exover gate mcp` or `exover gate ros2` does."""
+    """Run `exover gate check`, `exover gate mcp` or `exover gate ros2`, and return the exit status."""
     refuse_twice(arguments.spec, arguments.bind)
     model = read_spec(arguments.spec)
     binding = binding_of(arguments.bind, model)
@@ -55,7 +55,7 @@ def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
         except OSError as error:
             raise CliError(f"cannot start {arguments.server[0]}: {error.strerror}") from error
         proxy = McpProxy(gate, session.to_client, session.to_server, _tell, monotonic)
-        gc.freeze()  # what is there stays: to look through it again and again takes longer than many decisions
+        gc.freeze()  # these objects stay: to collect them again and again takes longer than many decisions
         well = session.run(proxy, binding.gate.max_line)
     return ExitStatus.OK if well else ExitStatus.VIOLATED
 
@@ -78,7 +78,7 @@ def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
 
 
 def _checker(arguments: argparse.Namespace, model: Model) -> Engine | None:
-    """Return who decides, None if the spec is not safe and nobody has said that it may be used all the same."""
+    """Return the checker that decides; None if the spec is not safe and `--unchecked` is not given."""
     built = build(model, arguments.unchecked)
     if not arguments.unchecked and not _safe(built, arguments.spec):
         return None
@@ -89,14 +89,14 @@ def _checker(arguments: argparse.Namespace, model: Model) -> Engine | None:
 
 
 def _client() -> tuple[int, int]:
-    """Return where the client is read and written; raises `CliError` if it is not there."""
+    """Return the descriptors from which the client is read and to which it is written; `CliError` if one is closed."""
     if sys.stdout is None:
         raise CliError("cannot write to the client: standard output is closed")
     return standard_input().fileno(), os.dup(sys.stdout.fileno())
 
 
 def _safe(built: Build, spec: str) -> bool:
-    """Return whether the checks whose violation is an error hold; which do not is told."""
+    """Return whether the checks whose violation is an error, but `property`, hold; complain of those that do not."""
     errors = [name for name, severity in SEVERITY.items() if severity == "error" and name != "property"]
     outcome = check(built, lambda _: None, errors)
     wrong = [found for found in outcome.findings if found.verdict != "holds" and found.severity == "error"]
@@ -108,7 +108,7 @@ def _safe(built: Build, spec: str) -> bool:
 
 
 def _journal(arguments: argparse.Namespace, stack: ExitStack, publish: Take | None = None) -> Journal:
-    """Return who is told of decisions: a topic, the file of `--log`, and OpenTelemetry if that is wanted."""
+    """Return the journal of decisions: it goes to a topic, the file of `--log`, and OpenTelemetry, as options say."""
     takers = [] if publish is None else [publish]
     if arguments.log is not None:
         takers.append(stack.enter_context(closing(_log(arguments.log))))
@@ -124,7 +124,7 @@ def _log(path: str) -> JournalFile:
 
 
 def _observed(journal: Journal) -> Journal:
-    """Return the journal, told to OpenTelemetry as well."""
+    """Return the journal, which also goes to OpenTelemetry."""
     try:
         from exover.gate.telemetry import with_telemetry
     except ModuleNotFoundError as error:
@@ -137,7 +137,7 @@ def _tell(text: str) -> None:
 
 
 def binding_of(path: str, model: Model) -> Binding:
-    """Return what a file binds; what is wrong with it goes to standard error, and `CliError` is raised."""
+    """Return the binding in a file; mistakes go to standard error, and `CliError` is raised."""
     source = read_source(path)
     binding, diagnostics = read_binding(source, model)
     if diagnostics:

@@ -1,4 +1,4 @@
-"""`exover gate ros2`: what it needs of `cyclonedds` and `rosbags`, which are extras."""
+"""The part of `exover gate ros2` that imports `cyclonedds` and `rosbags`, which are extras."""
 
 import argparse
 import os
@@ -26,7 +26,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Offered:
-    """A session whose ports are open, its types, and what publishes decisions, if a topic is given."""
+    """A session with open ports, its interface types, and the publisher of decisions if a topic is given."""
 
     session: Ros2Session
     interfaces: Interfaces
@@ -34,7 +34,7 @@ class Offered:
 
 
 def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:
-    """Return a session whose ports are open; what comes in is not answered yet. Raises `CliError`."""
+    """Return a session with open ports, which does not answer yet; raises `CliError` if the binding or DDS fails."""
     interfaces = Interfaces(finder(arguments.interfaces, os.environ))
     domain = _domain() if arguments.domain is None else arguments.domain
     inner = domain if arguments.inner_domain is None else arguments.inner_domain
@@ -54,7 +54,7 @@ def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offe
 
 
 def serve(gate: Gate, offered: Offered, tell: Tell) -> None:
-    """Serve until a signal raises."""
+    """Serve until a signal raises an exception."""
     session = offered.session
     proxy = Ros2Proxy(
         gate, offered.interfaces, session.send, tell, monotonic, now, lambda: uuid4().bytes, os.urandom(8)
@@ -69,7 +69,7 @@ def now() -> Stamp:
 
 
 def _domain() -> int:
-    """Return the domain that ROS 2 would take."""
+    """Return the domain that ROS 2 would take, of ROS_DOMAIN_ID; raises `CliError` if it is none."""
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
     if not (text.isascii() and text.isdigit() and int(text) <= 232):
         raise CliError(f"ROS_DOMAIN_ID is {text!r}, and no DDS domain")

@@ -1,4 +1,4 @@
-"""`exover graph`: who excludes whom, launches whom and wakes whom, as a drawing."""
+"""`exover graph`: draw the graph of interactions between requests."""
 
 import argparse
 
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _kinds(listed: list[str]) -> tuple[InteractionKind, ...]:
-    """Return the kinds of edges of lists that commas separate; all if there is no list."""
+    """Return the kinds of edges in comma-separated lists, in the order of KINDS; all if there is no list."""
     named = {kind for text in listed for kind in text.split(",")}
     return tuple(kind for kind in KINDS if kind in named or not named)
 

@@ -1,4 +1,4 @@
-"""`exover help`: say how a verb is used."""
+"""`exover help`: print the usage of a verb."""
 
 import argparse
 
@@ -7,6 +7,6 @@ from exover.cli.status import ExitStatus
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what `exover VERB --help` prints, or without a verb what `exover --help` does."""
+    """Print what `exover VERB --help` prints, or without a verb `exover --help`."""
     parser().parse_args([arguments.about, "--help"] if arguments.about else ["--help"])
     return ExitStatus.OK

@@ -1,4 +1,4 @@
-"""`exover import`: descriptions of modules in other languages, as a part of a spec."""
+"""`exover import`: translate descriptions of modules in other languages to a part of a spec."""
 
 import argparse
 import os
@@ -16,7 +16,7 @@ GENOM = ".gen"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print or write the part; what is left open is told, and stands in its comments."""
+    """Print or write the part; what it leaves open is printed as warnings, and is in its comments."""
     if "-" in arguments.files:
         raise CliError("name the file: what it is, and where its own files are, is told by its name")
     sources = [read_source(file) for file in arguments.files]
@@ -56,7 +56,7 @@ def _ros(arguments: argparse.Namespace, sources: Sequence[Source]) -> Imported:
 
 
 def _head(arguments: argparse.Namespace) -> str:
-    """Return how the text begins, and of what it is made."""
+    """Return the first lines: a comment that names the files, and the declaration of the part or spec."""
     stem = os.path.splitext(os.path.basename(arguments.out or arguments.files[0]))[0]
     name = arguments.name or re.sub(r"\W", "_", stem, flags=re.ASCII)
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) or name in RESERVED:

@@ -1,4 +1,4 @@
-"""`exover init`: begin a project, with a spec that checks and all that stands around it."""
+"""`exover init`: start a project, with a spec that holds and the files around it."""
 
 import argparse
 import os
@@ -17,7 +17,7 @@ from exover.emit.artefact import Artefact
 from exover.syntax.lex import RESERVED
 
 USUAL = "robot"
-"""What a spec is called whose folder has no name that a spec can have."""
+"""The name of the spec if the name of the folder can be none."""
 FILES = {
     "spec.exo": "@NAME@.exo",
     "properties.prop": "@NAME@.prop",
@@ -25,7 +25,7 @@ FILES = {
     "exover.toml": "exover.toml",
     "workflow.yml": ".github/workflows/exover.yml",
 }
-"""The files in `starter`, and what they are called in a project."""
+"""The files in `starter`, each with its path in a project."""
 
 
 def run(arguments: argparse.Namespace) -> ExitStatus:
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> ExitStatus:
 
 
 def spec_name(folder: Path) -> str:
-    """Return what the spec of a project in this folder is called: as the folder, as far as a spec can be called so."""
+    """Return the name for the spec of a project in this folder: that of the folder, with `_` for other characters."""
     letters = normalize("NFKD", Path(os.path.realpath(folder)).name).encode("ascii", "ignore").decode()
     name = re.sub(r"\W+", "_", letters).strip("_")
     return USUAL if not name or name[0].isdigit() or name in RESERVED else name

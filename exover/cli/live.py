@@ -1,4 +1,4 @@
-"""What is seen of findings on a terminal while the rest is still looked for."""
+"""The display of progress and findings on a terminal during a check."""
 
 from collections import Counter
 from time import monotonic
@@ -9,9 +9,9 @@ from exover.diagnostics import Severity
 
 
 class Live(ProgressLine):
-    """The line that tells how many questions are answered, and above it, a line each, what does not hold.
+    """The line with the number of answered questions, and above it a line for each finding that does not hold.
 
-    Errors come first: what weighs less waits until no error is open.
+    Errors come first: a finding of lower severity is held back until no question of a higher one is open.
     """
 
     def __init__(self, started: float | None = None) -> None:
@@ -26,16 +26,16 @@ class Live(ProgressLine):
         return self
 
     def __call__(self, text: str) -> None:
-        """Show this text instead of the last one; while questions are open, how many are answered."""
+        """Show this text instead of the last one, or while questions are open, how many are answered."""
         self.show(self._count() if self._answered < self._asked else text)
 
     def asks(self, questions: Counter[Severity]) -> None:
-        """Show from now on how many of so many questions are answered."""
+        """Begin to show how many of these questions, counted by severity, are answered."""
         self._open, self._asked = Counter(questions), questions.total()
         self.waits()
 
     def finds(self, finding: Finding) -> None:
-        """Show that one more is answered, and the finding unless it holds."""
+        """Count one more answer, and show the finding unless it holds."""
         self._answered += 1
         self._open[finding.severity] -= 1
         if finding.verdict != "holds":
@@ -48,12 +48,12 @@ class Live(ProgressLine):
         self.show(self._count())
 
     def finish(self) -> None:
-        """Show what is held: nothing will be found any more."""
+        """Show the findings held back: no more will come."""
         self._open.clear()
         self._release()
 
     def _release(self) -> None:
-        """Show what is held as far as nothing is open that weighs more."""
+        """Show the findings held back of which no question of a higher severity is open."""
         for severity in SEVERITIES:
             for finding in [finding for finding in self._held if finding.severity == severity]:
                 self._held.remove(finding)

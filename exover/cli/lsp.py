@@ -54,15 +54,15 @@ def _server() -> "SpecServer":
 
 
 class EditorInput(RawIOBase):
-    """Standard input, until that ends or this is to `end`, which a thread hears that waits for more.
+    """Standard input, up to its end or up to a call of `end`, which wakes a thread that waits for input.
 
-    Where the system cannot wait for both (Windows) it is heard at the next question.
+    On Windows, which cannot wait for both, the call takes effect at the next message.
     """
 
     def hear_signals(self) -> None:
-        """Let a signal be an end as soon as it comes.
+        """Let a signal wake the waiting thread at once.
 
-        What Python calls for it is called only once the main thread does something, which may be about to wait.
+        The handler in Python runs only when the main thread runs, which may be about to wait.
         """
         if sys.platform != "win32":
             os.set_blocking(self._wake, False)
@@ -77,7 +77,7 @@ class EditorInput(RawIOBase):
         return True
 
     def readinto(self, buffer: Any) -> int:
-        """Read what there is, once there is something; return how many bytes that are, 0 at the end."""
+        """Wait for input, read what is available, and return the number of bytes; 0 at the end."""
         if sys.platform != "win32":
             ready, _, _ = select([self._source, self._woken], [], [])
             if self._woken in ready:
@@ -87,12 +87,12 @@ class EditorInput(RawIOBase):
         return len(found)
 
     def end(self) -> None:
-        """Let no more be read."""
+        """End the input: wake the thread that waits for it."""
         os.write(self._wake, b"\0")
 
 
 class Answers(RawIOBase):
-    """Standard output, as long as somebody reads there; what is written then goes nowhere."""
+    """Standard output, on which a broken pipe is no error."""
 
     def __init__(self) -> None:
         if sys.stdout is None:
@@ -104,7 +104,7 @@ class Answers(RawIOBase):
         return True
 
     def write(self, data: Any) -> int:
-        """Write a message whole, at once."""
+        """Write a whole message and flush it."""
         with suppress(BrokenPipeError):
             self._out.write(data)
             self._out.flush()

@@ -1,6 +1,6 @@
-"""The command `exover`: its arguments, and what becomes of whatever goes wrong.
+"""The command `exover`: dispatch to the verbs, and exit statuses for all exceptions.
 
-Only the module of the verb that is called is imported, so that `exover --help` answers at once.
+Only the module of the verb that is called is imported, so that `exover --help` starts fast.
 """
 
 import argparse
@@ -23,9 +23,9 @@ READ = (
     *("spec", "old", "new", "files", "box", "finding", "missions"),
     *("properties", "old_properties", "events", "audit", "bind", "after"),
 )
-"""Arguments and options that name files to read, one or several."""
+"""The arguments and options that name one or several files to read."""
 OBJECTS = 100_000
-"""Objects after which cycles are looked for: trees and models are many objects and hold none, so looking is in vain."""
+"""The threshold of the garbage collector, in objects: trees and models are many objects without cycles."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _refuse_overwriting(arguments: argparse.Namespace) -> None:
-    """Raise `CliError` if what the command writes would take the place of a file that it reads."""
+    """Raise `CliError` if an output of the command is a file that it reads."""
     named = vars(arguments)
     written = [each for each in ("out", "log", "events" if arguments.verb == "replay" else "") if named.get(each)]
     for output in written:
@@ -58,7 +58,7 @@ def _is_same(path: str, other: str) -> bool:
 
 
 class ExitGuard:
-    """A context that turns whatever ends it into an exit status and a reason; the last resort, so nothing passes it."""
+    """A context that swallows every exception, and has the exit status and the reason of it afterwards."""
 
     status: int = ExitStatus.OK
     reason: str = ""
@@ -69,7 +69,7 @@ class ExitGuard:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
-        """Set the status from the exception, if there is one, tell the user about it, and swallow it."""
+        """Set the status and the reason from the exception, if there is one, complain of it, and swallow it."""
         match error:
             case None:
                 pass

@@ -1,4 +1,4 @@
-"""What is in a folder already: tables of other specs, served by one configuration, or a host's own files."""
+"""The files that are in an output folder already: tables of other specs, and files that exover has not written."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,13 +15,13 @@ from exover.ocrd.tables import Tables
 
 TABLES = "_tables.c"
 DEFINED = b"const exover_tables "
-"""What every source of tables has, whichever version of exover wrote it."""
+"""A text that is in every source of tables, by any version of exover."""
 
 
 def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
-    """Return what the tables of other specs in the folder need.
+    """Return the needs of the tables of other specs in the folder; `name`: of these `tables`.
 
-    Raises `CliError` if that is not known, or if no runtime can serve them and `tables`, which are called `name`.
+    Raises `CliError` if the needs are not recorded, or no one configuration can serve all the tables.
     """
     others = _others(Path(folder), name)
     known = {each.name: each for each in read(_configuration(Path(folder)))} if others else {}
@@ -54,7 +54,7 @@ def _configuration(folder: Path) -> str:
 
 
 def spared(folder: str, artefacts: Sequence[Artefact]) -> Sequence[Artefact]:
-    """Return the artefacts but a CMakeLists.txt in the place of one that exover has not written; the user is told."""
+    """Return the artefacts, but for CMakeLists.txt, with a note, if the folder has one that exover did not write."""
     path = Path(folder) / CMAKE
     if not path.is_file() or _begins(path, MARK):
         return artefacts
@@ -67,7 +67,7 @@ def spared(folder: str, artefacts: Sequence[Artefact]) -> Sequence[Artefact]:
 def refuse_foreign_crate(folder: str, artefacts: Sequence[Artefact]) -> None:
     """Raise `CliError` if a file of the crate would replace one that exover has not written.
 
-    A manifest and a root of a crate are told by how they begin; the other sources are whose root stands beside them.
+    exover has written a manifest or root iff it begins with its mark, and another source iff it has the root beside it.
     """
     root = Path(folder) / ROOT
     ours = root.is_file() and _begins(root, MARKS[ROOT])

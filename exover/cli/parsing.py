@@ -1,4 +1,4 @@
-"""A parser of arguments that says what was meant, under the usage of the verb that was called."""
+"""A parser of arguments that suggests what was meant, with the usage of the verb that was called."""
 
 import argparse
 import sys
@@ -25,7 +25,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # its overloads are about the type of the namespace
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Return the arguments, none of them unknown; an unknown option is told before what is missing."""
+        """Return the arguments, none of them unknown; unknown options are reported before missing arguments."""
         args = sys.argv[1:] if args is None else args
         self._refuse(self._unknown(args))
         found, unknown = super().parse_known_args(args, namespace)
@@ -33,7 +33,7 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def _unknown(self, args: Iterable[str]) -> Iterator[str]:
-        """Yield the long options that this parser does not know; what follows a verb is for the parser of that."""
+        """Yield the long options that this parser does not know, up to a verb, whose parser reads the rest."""
         for word in args:
             if word == "--" or (self._subparsers and not word.startswith("-")):
                 return
@@ -50,7 +50,7 @@ class Parser(argparse.ArgumentParser):
         return _meant(word.partition("=")[0], self._option_string_actions) if word.startswith("-") else ""
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print help and version as other output is; argparse would say nothing of what cannot be written."""
+        """Print help and version by `out`: argparse would ignore a failure to write."""
         if file is sys.stdout:
             out(message)
         else:
@@ -67,7 +67,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _meant(word: str, known: Iterable[str]) -> str:
-    """Return the known word that was most likely meant, as the end of a message; nothing if none is near."""
+    """Return a suggestion of the nearest known word, as the end of a message; empty if none is near."""
     from exover.diagnostics import did_you_mean
 
     advice = did_you_mean(word, known)

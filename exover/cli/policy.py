@@ -1,4 +1,4 @@
-"""What a project has decided about findings, its waivers and its baseline, and which checks are asked at all."""
+"""The policy of a project for a spec, waivers and baseline, and the choice of checks that are asked."""
 
 import argparse
 import os
@@ -25,7 +25,7 @@ def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection
 
 
 def configured(arguments: argparse.Namespace) -> Config:
-    """Return what the configuration of a spec says; what is wrong with it is told, and `CliError` is raised."""
+    """Return the configuration of a spec, empty if none is found; mistakes are printed, and `CliError` is raised."""
     path = arguments.config or find_config(arguments.spec)
     if path is None:
         return NO_CONFIG
@@ -38,9 +38,9 @@ def configured(arguments: argparse.Namespace) -> Config:
 
 
 def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:
-    """Return the checks that are asked, None if all are: the command line chooses, else the configuration does.
+    """Return the checks that are asked, None for all: by the choice of the command line, else of the configuration.
 
-    Raises `CliError` if a check is unknown, or none is left.
+    Raises `CliError` if the command line names an unknown check, or no check is left.
     """
     choice = CheckSelection(tuple(arguments.only), tuple(arguments.skip), arguments.errors_only)
     for option, names in (("--only", choice.only), ("--skip", choice.skip)):
@@ -60,8 +60,8 @@ def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] |
 def find_config(spec: str) -> str | None:
     """Return the nearest `exover.toml` from the folder of the spec up to the root of its repository, if there is one.
 
-    The root is the folder that holds `.git`; outside of a repository only the folder of the spec counts. Raises
-    `CliError` if what is called so is no file.
+    The root is the folder that holds `.git`; outside a repository only the folder of the spec is searched. Raises
+    `CliError` if the path found is no regular file.
     """
     folders = list(Path(spec).absolute().parents)
     roots = [number for number, folder in enumerate(folders) if (folder / ".git").exists()]

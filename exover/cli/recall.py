@@ -1,5 +1,4 @@
-"""`exover check`: print the report that was printed before, if nothing has changed; else decide. With `--watch` again
-and again, whenever a file changes."""
+"""`exover check`: print the report from the cache, or check; with `--watch`, again whenever a file changes."""
 
 import argparse
 import time
@@ -10,7 +9,7 @@ from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 
 PAUSE = 0.3
-"""Seconds between two looks at the files."""
+"""The seconds between two polls of the files."""
 ENDED = (ExitStatus.INTERRUPTED, ExitStatus.TERMINATED)
 
 
@@ -28,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _watch(arguments: argparse.Namespace) -> int:
-    """Check what has changed since it was checked, until Ctrl-C, and return the status for that."""
+    """Check each spec again whenever its files have changed, until a signal ends it; return the status for that."""
     from exover.cli.main import ExitGuard
     from exover.cli.specs import specs_of
 

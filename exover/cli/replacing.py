@@ -7,10 +7,10 @@ from contextlib import contextmanager, suppress
 
 @contextmanager
 def replacing(path: str, private: bool = False) -> Iterator[str]:
-    """Give the path of an empty file that takes the place of `path` when the body has ended; if that fails, it goes.
+    """Yield the path of a new empty file, which replaces `path` after the body; it is removed if the body raises.
 
-    It stands in the same folder under a random name, so that it is never a file of somebody else. `private`: only its
-    owner may read it.
+    It is in the same folder under a random name, so that it is no file of another process. `private`: only its owner
+    may read it.
     """
     temporary = os.path.join(os.path.dirname(path), f".{os.urandom(8).hex()}.tmp")
     try:

@@ -1,4 +1,4 @@
-"""`exover replay`: tell what a black box holds, and answer it again on the reference interpreter."""
+"""`exover replay`: print what a black box holds, and replay it on the reference interpreter."""
 
 import argparse
 import json
@@ -17,7 +17,7 @@ from exover.run.replay import replay
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print every run of the box, oldest first, and return what became of them; write the events of the last one."""
+    """Print every run of the box, oldest first, with the replay; write the events of the last run if asked for."""
     refuse_twice(arguments.box, arguments.spec, arguments.after)
     held = _box(arguments.box)
     model = _model(arguments.spec, held)
@@ -60,7 +60,7 @@ def _box(path: str) -> Box:
 
 
 def _model(path: str | None, held: Box) -> Model:
-    """Return the model whose tables wrote the box: of the spec that is named, else of one below this folder."""
+    """Return the model whose digest the box has: of the spec that is named, else of one below this folder."""
     from exover.model.canonical import digest
 
     if path is not None:

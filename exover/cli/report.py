@@ -1,4 +1,4 @@
-"""`exover report`: check a spec and write a page to look at."""
+"""`exover report`: check a spec and write an HTML page."""
 
 import argparse
 import os
@@ -16,9 +16,9 @@ from exover.report.text import last_line
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the page whatever the checks say, print their outcome, and return the status that `exover check` has.
+    """Write the page whatever the verdict is, print the verdict, and return the status that `exover check` has.
 
-    Raises `CliError` if the page cannot be written; nothing is left of it then.
+    Raises `CliError` if the page cannot be written; no part of it is left then.
     """
     if os.path.realpath(arguments.out) == os.path.realpath(arguments.spec):
         raise CliError(f"a report cannot be written over the spec {arguments.spec}")
@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _audit(path: str) -> Json:
-    """Return what `exover audit --format json` has printed; `CliError` if the file holds something else."""
+    """Return the audit in the output of `exover audit --format json`; raises `CliError` for any other file."""
     from exover.audit.json import NoAudit, read
 
     try:
@@ -48,7 +48,7 @@ def _audit(path: str) -> Json:
 
 
 def _refuse_other(audit: Json, path: str, model: Model) -> None:
-    """Raise `CliError` if an audit is by another spec, which is another sha256, whatever its name."""
+    """Raise `CliError` if an audit is by another spec, or by another version of it, with another sha256."""
     from exover.model.canonical import digest
 
     if audit["audit"] != model.name:

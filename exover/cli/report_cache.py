@@ -1,7 +1,7 @@
-"""What `exover check` keeps beside a project (docs/checks.md, "The cache"): where, and the reports printed before.
+"""The cache of `exover check` beside a project (docs/checks.md, "The cache"): its folder, and the reports in it.
 
-What a report depends on is digested as bytes, so that nothing has to be read to find it. Only modules that load at once
-are imported.
+The key of a report is a digest of the bytes that it depends on, so that nothing is parsed to find it. Only modules that
+load fast are imported.
 """
 
 import argparse
@@ -25,20 +25,20 @@ from exover.dataclass import dataclass
 
 FOLDER, CONFIG, OFF = ".exover_cache", "exover.toml", "EXOVER_NO_CACHE"
 BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max_tests", "max_rom", "max_ram", "output")
-"""Options with which nothing is kept: they write, measure or limit, and so ask anew."""
+"""The options with which no report is kept: they write, measure or limit something."""
 INDIFFERENT = ("jobs", "started", "module", "watch", "watched", "no_cache", "specs")
-"""Arguments that no report depends on, or that are digested by what they name."""
+"""The arguments that a report does not depend on, or whose files are digested in their place."""
 PROGRAMS = ("berkeley-abc", "abc", "NuSMV", "cc", "gcc", "clang")
 INCLUDE = re.compile(rb'\binclude\s*"([^"\\\n]*)"\s*;')
 TAG = "Signature: 8a477f597d28d172789f06886806bc55\n# What `exover check` keeps: safe to delete.\n"
 MOST_FILES, MOST_BYTES = 200, 32 << 20
-"""What the folder may hold: of more the oldest files are dropped."""
+"""The most files and bytes of the folder; the oldest files are dropped."""
 DAY = 86_400
 
 
 @dataclass(frozen=True, slots=True)
 class ReportEntry:
-    """Where the report of a command is kept, and the digest of all that it depends on."""
+    """The file for the report of a command, and the digest of all that the report depends on."""
 
     file: Path
     key: str
@@ -53,7 +53,7 @@ class Kept:
 
 
 def entry(arguments: argparse.Namespace) -> ReportEntry | None:
-    """Return where the report of a command is kept; None if it is not kept, or something cannot be read."""
+    """Return the entry for the report of a command; None if it is not to be cached, or something cannot be read."""
     if is_off(arguments) or any(getattr(arguments, name) for name in BESIDE):
         return None
     if len(arguments.specs) != 1 or "-" in (*arguments.specs, arguments.properties, arguments.baseline):
@@ -65,12 +65,12 @@ def entry(arguments: argparse.Namespace) -> ReportEntry | None:
 
 
 def is_off(arguments: argparse.Namespace) -> bool:
-    """Return whether nothing is to be read from the cache, nor kept there."""
+    """Return whether the cache is switched off."""
     return arguments.no_cache or bool(os.environ.get(OFF))
 
 
 def state(arguments: argparse.Namespace, spec: str) -> str:
-    """Return a digest of the files that the report of a spec depends on; of a reason, if one cannot be read."""
+    """Return a digest of the files that the report of a spec depends on, or the error if one cannot be read."""
     try:
         return digest(list(_contents(arguments, Path(spec))))
     except OSError as error:
@@ -99,7 +99,7 @@ def recall(kept: ReportEntry) -> Kept | None:
 
 
 def remember(kept: ReportEntry, text: str, status: int) -> None:
-    """Keep a report; where it cannot be written nothing is kept. Others may do the same at the same time."""
+    """Keep a report; failures to write are ignored. Other processes may do the same at the same time."""
     known = {"key": kept.key, "status": status, "sha256": digest([kept.key, text, str(status)]), "text": text}
     write(kept.file, json.dumps(known))
 
@@ -108,12 +108,12 @@ def remember(kept: ReportEntry, text: str, status: int) -> None:
 
 
 def folder_of(spec: Path) -> Path:
-    """Return the folder of what is kept of a spec: at the root of its repository, else beside it."""
+    """Return the cache folder of a spec: at the root of its repository, else beside it."""
     return list(_above(spec))[-1] / FOLDER
 
 
 def write(file: Path, text: str) -> None:
-    """Write a file of the folder, and drop the oldest ones if there are too many; where that cannot be, do nothing."""
+    """Write a file of the cache folder, and drop the oldest ones if there are too many; errors are ignored."""
     with suppress(OSError):
         folder = file.parent
         if not folder.is_dir():
@@ -125,10 +125,10 @@ def write(file: Path, text: str) -> None:
 
 
 def _tidy(folder: Path) -> None:
-    """Drop the oldest files of more than the folder may hold, and what others have not ended to write since a day."""
+    """Drop the oldest files above the limits, and temporary files that are older than a day."""
     found: list[tuple[int, int, str]] = []
     for entry in os.scandir(folder):
-        with suppress(FileNotFoundError):  # somebody else tidies as well
+        with suppress(FileNotFoundError):  # another process tidies too
             known = entry.stat()
             if entry.name.endswith(".json"):
                 found.append((known.st_mtime_ns, known.st_size, entry.path))
@@ -156,7 +156,7 @@ def _written(file: Path, text: str) -> None:
 
 
 def digest(parts: list[str | bytes]) -> str:
-    """Return the sha256 of texts and bytes, each told from its neighbours, as hexadecimal digits."""
+    """Return the sha256 of texts and bytes, each preceded by its length, as hexadecimal digits."""
     found = sha256()
     for part in parts:
         content = part if isinstance(part, bytes) else part.encode("utf-8", "surrogatepass")
@@ -165,7 +165,7 @@ def digest(parts: list[str | bytes]) -> str:
 
 
 def program() -> Iterator[str]:
-    """Yield what tells this program from other versions of it, and from itself with other libraries and helpers."""
+    """Yield texts that identify the version of this program, of Python, and of the libraries and programs it uses."""
     yield exover.__version__
     yield sys.version
     yield str(os.stat(sysconfig.get_path("purelib")).st_mtime_ns)
@@ -185,7 +185,7 @@ def _stamp(path: str) -> str:
 
 
 def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes]:
-    """Yield names and contents of all files that may be read; what waivers expire by as well.
+    """Yield names and contents of all files that may be read, and if there is any beside the spec, today's date.
 
     Raises `OSError` if one cannot be read, is no regular file, or has more than `MOST_BYTES`.
     """
@@ -203,13 +203,13 @@ def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes
 
 
 def helpers(arguments: argparse.Namespace) -> Iterator[str]:
-    """Yield what tells the programs that options name from other versions of them."""
+    """Yield size and time stamp of the programs that options name."""
     for path in (arguments.abc, arguments.nusmv):
         yield _stamp(path) if path and os.path.exists(path) else ""
 
 
 def _parts(spec: Path) -> list[Path]:
-    """Return a spec and all files that it includes, in whatever depth; `OSError` if that cannot be seen at once."""
+    """Return a spec and all files that it includes, at any depth; `OSError` if an `include` is not in plain form."""
     found, known = [spec], {os.path.realpath(spec)}
     for file in found:
         text = file.read_bytes()
@@ -224,7 +224,7 @@ def _parts(spec: Path) -> list[Path]:
 
 
 def _properties(spec: Path) -> list[Path]:
-    """Return all properties files where those of a spec are looked for (`exover.places`)."""
+    """Return all properties files in the places where those of a spec are searched (`exover.places`)."""
     beside = Path(os.path.normpath(spec.parent / ".." / "properties"))
     places = (spec.parent, spec.parent / "properties", beside)
     return [file for place in places if place.is_dir() for file in sorted(place.glob("*.prop"))]

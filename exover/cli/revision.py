@@ -1,4 +1,4 @@
-"""A spec and its properties as they were at a revision; git is asked for them as a process."""
+"""A spec and its properties as they were at a revision, read by the program git."""
 
 import errno
 import os
@@ -15,7 +15,7 @@ from exover.places import PROPERTIES, SUFFIX
 
 
 class Revision:
-    """The files of a revision of the repository that a path lies in.
+    """The files of a revision of the repository that contains a path.
 
     Raises `CliError` if there is no git, no repository, or no such revision.
     """
@@ -32,22 +32,22 @@ class Revision:
         self._path = PurePosixPath(os.path.relpath(os.path.realpath(path), os.path.realpath(self._root)))
 
     def shown(self, path: PurePosixPath | None = None) -> str:
-        """Return what messages call a file, default: the spec."""
+        """Return the name of a file in messages, REVISION:PATH; default: of the spec."""
         return f"{self.name}:{path or self._path}"
 
     def model(self) -> Model:
-        """Return the spec; what is wrong with it goes to standard error, and `CliError` is raised."""
+        """Return the model of the spec; if it has mistakes, they go to standard error, and `CliError` is raised."""
         return model_of(load(source_of(self.shown(), self._content(self._path)), self._part))
 
     def _part(self, path: str, most: int) -> bytes:
-        """Return what an included file holds, so many bytes at the most; `OSError` if there is none."""
+        """Return the first `most` bytes of an included file; `OSError` if there is none."""
         try:
             return self._content(PurePosixPath(os.path.normpath(path.removeprefix(f"{self.name}:"))))[:most]
         except CliError as error:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path) from error
 
     def properties(self, model: Model) -> Properties:
-        """Return what the properties file says that the spec had then, found as it is in the work tree."""
+        """Return the properties that the spec had at the revision; the file is searched as in the work tree."""
         with TemporaryDirectory() as folder:
             spec = Path(folder, self._path)
             blobs = [(place, *self._blob(place)) for place in self._beside()]
@@ -63,7 +63,7 @@ class Revision:
             return properties_of(source_of(self.shown(name), Path(found).read_bytes()), model)
 
     def _beside(self) -> list[PurePosixPath]:
-        """Return the properties files where those of the spec are looked for."""
+        """Return the properties files of the revision in the places where those of the spec are searched."""
         folder = self._path.parent
         places = dict.fromkeys((folder, folder / PROPERTIES, folder.parent / PROPERTIES))
         found = []
@@ -77,7 +77,7 @@ class Revision:
         return self._blob(path)[1]
 
     def _blob(self, path: PurePosixPath) -> tuple[bytes, bytes]:
-        """Return what git calls the content of a file, or of that to which a link leads, and the content."""
+        """Return git's object name and the content of a file, or of the file to which a link leads."""
         asked = os.fsencode(f"{self._commit}:{path}\n")
         head, _, rest = self._bytes("cat-file", "--batch", "--follow-symlinks", told=asked).partition(b"\n")
         match head.split(b" "):
@@ -104,5 +104,5 @@ class Revision:
 
 
 def _folder(path: str) -> str:
-    """Return the nearest folder above a path that is there now."""
+    """Return the nearest folder above a path that exists."""
     return str(next(each for each in Path(os.path.abspath(path)).parents if each.is_dir()))

@@ -16,11 +16,11 @@ from exover.run.serve import CheckerServer
 from exover.run.simulate import Engine
 
 QUEUE = 128
-"""Clients that may wait to be accepted."""
+"""The most clients that may wait to be accepted."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Answer clients until the process is told to end."""
+    """Serve clients until a signal ends the process."""
     model = read_spec(arguments.spec)
     with ExitStack() as stack:
         chosen, name = _engine(stack, arguments.engine, model)
@@ -49,7 +49,7 @@ def _engine(stack: ExitStack, name: str, model: Model) -> tuple[Engine, CheckerN
 
 @contextmanager
 def _listening(path: str) -> Iterator[socket.socket]:
-    """Return a socket that listens at a path and is readable by its owner alone; its file goes when it is left."""
+    """Yield a socket that listens at a path and is accessible to its owner alone; its file is removed afterwards."""
     if not hasattr(socket, "AF_UNIX"):
         raise CliError("this system has no Unix sockets")
     _clear(path)
@@ -69,13 +69,13 @@ def _listening(path: str) -> Iterator[socket.socket]:
         yield listener
     finally:
         listener.close()
-        with suppress(OSError):  # somebody has taken it away
+        with suppress(OSError):  # another process has removed it
             if os.stat(path).st_ino == mine:
                 os.unlink(path)
 
 
 def _clear(path: str) -> None:
-    """Take away the socket of a process that has ended; `CliError` if something else is there."""
+    """Remove the socket file of a process that has ended; `CliError` if the path is anything else that exists."""
     try:
         mode = os.stat(path).st_mode
     except OSError:
@@ -86,7 +86,7 @@ def _clear(path: str) -> None:
         if _is_left(path):
             os.unlink(path)
             return
-    except FileNotFoundError:  # somebody has taken it away
+    except FileNotFoundError:  # another process has removed it
         return
     except OSError as error:
         raise CliError(f"cannot replace {path}, which may be in use: {error.strerror or error}") from error
@@ -94,20 +94,20 @@ def _clear(path: str) -> None:
 
 
 def _is_left(path: str) -> bool:
-    """Return whether nobody listens at a socket any more; `OSError` if that cannot be found out."""
+    """Return whether no process listens at a socket any more; `OSError` if that cannot be found out."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asked:
         asked.setblocking(False)
         try:
             asked.connect(path)
         except ConnectionRefusedError:
             return True
-        except BlockingIOError:  # others wait to be accepted, as many as may
+        except BlockingIOError:  # the queue is full, so a process listens
             pass
         return False
 
 
 def _ready() -> None:
-    """Tell systemd that clients may come, if it has started this."""
+    """Notify systemd that the server is ready, if it has started this process."""
     path = os.environ.get("NOTIFY_SOCKET", "")
     if path and hasattr(socket, "AF_UNIX"):
         with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as told:

@@ -1,4 +1,4 @@
-"""Several specs in one command: one after the other, or side by side, each in a process of its own."""
+"""Several specs in one command: one after the other, or in parallel, each in a process of its own."""
 
 import argparse
 import io
@@ -31,28 +31,28 @@ from exover.report.summary import Summary, Unchecked
 from exover.source import Source
 
 STOP = getattr(signal, "SIGUSR1", signal.SIGTERM)
-"""What tells a process to end with what it knows."""
+"""The signal that has a process end with what it knows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Examined:
-    """What there is to report of one spec, and the status of that; what was read and built as far as it came."""
+    """The findings of one spec with their exit status, and its text and tables if it came so far."""
 
     found: Summary | Unchecked
     status: int
     source: Source | None = None
     built: Build | None = None
     recalled: int = 0
-    """So many answers come from the cache."""
+    """The number of answers from the cache."""
 
 
 Examine = Callable[[argparse.Namespace], Examined]
-"""Returns what came of one spec; raises whatever ends a command."""
+"""Checks one spec; raises whatever ends a command."""
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What came of one spec: its part of each report, and what is said on standard error."""
+    """The outcome of one spec: its part of each report, and its text for standard error."""
 
     verdict: Verdict
     status: int
@@ -61,9 +61,9 @@ class Checked:
 
 
 def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> list[Checked]:
-    """Return what came of each spec, in order. `--jobs` are spread over them, and so is the time of `--timeout`.
+    """Return the outcome of each spec, in order. They share the processes of `--jobs` and the time of `--timeout`.
 
-    After Ctrl-C what is known is returned.
+    After Ctrl-C the outcomes say `interrupted` where nothing is known.
     """
     if arguments.jobs == 1:
         return _in_turn(examine, arguments, specs)
@@ -88,7 +88,7 @@ def _in_turn(examine: Examine, arguments: argparse.Namespace, specs: Sequence[st
 
 
 def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> argparse.Namespace:
-    """Return the arguments for one spec of those that are left, so many of which are looked at side by side."""
+    """Return the arguments for one spec, if `left` specs are left and `places` of them are checked in parallel."""
     share = None
     if arguments.timeout is not None:
         share = (arguments.timeout - (monotonic() - arguments.started)) * min(places, left) / left
@@ -97,7 +97,7 @@ def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> a
 
 
 def _one(examine: Examine, arguments: argparse.Namespace) -> Checked:
-    """Return what came of a spec, whatever ended it."""
+    """Return the outcome of a spec, also if an exception ends it."""
     outcome = ExitGuard()
     with outcome:
         examined = examine(arguments)
@@ -122,7 +122,7 @@ def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[Re
 def _serve(
     channel: "Connection[Checked, Any]", parent: int, examine: Examine, arguments: argparse.Namespace, scratch: str
 ) -> None:
-    """Send the parent what comes of a spec. Ctrl-C is ignored: the parent, which gets it as well, sends `STOP`.
+    """Check a spec and send its outcome to the parent. Ctrl-C is ignored: the parent, which gets it too, sends `STOP`.
 
     `scratch`: the folder of its temporary files.
     """
@@ -137,7 +137,7 @@ def _serve(
 
 
 class _Pool:
-    """The processes at work on specs; a context that they do not outlive."""
+    """The processes that check specs; a context at whose end all of them are killed."""
 
     def __init__(self, examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> None:
         self._examine, self._arguments, self._specs = examine, arguments, specs
@@ -160,7 +160,7 @@ class _Pool:
             self._scratch.__exit__(*error)
 
     def work(self) -> list[Checked]:
-        """Return what came of each spec, in order."""
+        """Return the outcome of each spec, in order."""
         with ProgressLine() as progress:
             try:
                 self._work(progress)
@@ -179,7 +179,7 @@ class _Pool:
                     self._hear(channel)
 
     def _interrupt(self) -> None:
-        """Have those at work end with what they know, and begin no more."""
+        """Start no more specs, and have the running processes end with what they know."""
         for number in self._waiting:
             self._found[number] = _without(self._arguments, self._specs[number], INTERRUPTED, ExitStatus.INTERRUPTED)
         self._waiting.clear()

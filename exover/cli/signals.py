@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, which get out of whatever they come in."""
+"""Ctrl-C and SIGTERM that end the command even if they come while Python swallows exceptions."""
 
 import signal
 import sys
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 AGAIN = 0.05
 """Seconds after which a signal is sent again."""
 SIGNALS = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
-"""By what Python raises for it."""
+"""The signals, by the exception that Python raises for each."""
 
 
 @contextmanager
 def persistent_signals() -> Iterator[None]:
-    """Send signals again that come while an object is freed in the body: what is raised there does not get out."""
+    """Send a signal again that comes while an object is freed in the body: Python swallows exceptions there."""
     tell, timers = sys.unraisablehook, list["Timer"]()
 
     def send_again(error: "sys.UnraisableHookArgs") -> None:
@@ -41,7 +41,7 @@ def persistent_signals() -> Iterator[None]:
 
 
 def _send(number: int) -> None:
-    """Send a signal to the main thread, whose waiting it ends where the system can do that."""
+    """Send a signal to the main thread, so that it interrupts a system call where the system supports that."""
     from threading import main_thread
 
     thread = main_thread().ident

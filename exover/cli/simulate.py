@@ -16,7 +16,7 @@ EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Answer each event before the next is read, so that this works as a coprocess, too."""
+    """Print the answer to each event before the next is read, so that the command works as a coprocess too."""
     refuse_twice(arguments.spec, arguments.events)
     model = read_spec(arguments.spec)
     with open_events(arguments.events) as events, ExitStack() as stack:
@@ -35,7 +35,7 @@ def _answers(model: Model, chosen: Engine, path: str, stream: BinaryIO) -> Itera
 
 
 def no_event(path: str) -> CliError:
-    """Return the refusal of a file of which no line is an event."""
+    """Return the error for a file in which no line is an event."""
     return CliError(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
 
 

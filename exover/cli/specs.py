@@ -1,4 +1,4 @@
-"""Which specs a command is about: files, those of a folder, those that another file is for."""
+"""The specs that a command is about: files, those in a folder, those to which another file belongs."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator
@@ -13,7 +13,7 @@ from exover.places import SPEC, SUFFIX, find_including, find_specs, is_part
 
 @dataclass(frozen=True, slots=True)
 class SpecFiles:
-    """The files, each once, and whether the command line names several, or a folder: reports are of a list then."""
+    """The files, each once; `several`: not just one spec file is named, so that reports are of a list of specs."""
 
     files: tuple[str, ...]
     several: bool
@@ -59,7 +59,7 @@ def _below(folder: Path) -> Iterator[str]:
 
 
 def _is_part(path: str) -> bool:
-    """Return whether a path is that of a part; what cannot be read is none."""
+    """Return whether a path is that of a part; False if it cannot be read."""
     try:
         return os.path.isfile(path) and is_part(path)
     except OSError:
@@ -84,7 +84,7 @@ def _asked(look: Callable[[str], list[str]], file: str) -> list[str]:
 
 
 def _configured(config: str) -> Iterator[str]:
-    """Yield the specs whose nearest configuration this is."""
+    """Yield the specs whose nearest configuration is this file."""
     mine = os.path.realpath(config)
     for spec in _below(Path(config).parent):
         nearest = find_config(spec)

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 
 class ExitStatus(IntEnum):
-    """How a command ends."""
+    """The exit status of a command."""
 
     OK = 0
     VIOLATED = 1
@@ -13,9 +13,9 @@ class ExitStatus(IntEnum):
     UNKNOWN = 3
     FAULT = 4
     INTERRUPTED = 130
-    """128 and the number of SIGINT, as shells have it."""
+    """128 plus the number of SIGINT, as in shells."""
     TERMINATED = 143
-    """128 and the number of SIGTERM."""
+    """128 plus the number of SIGTERM."""
 
 
 SEVEREST = (
@@ -30,9 +30,9 @@ SEVEREST = (
 
 
 def severest(statuses: Iterable[int]) -> ExitStatus:
-    """Return the status of a command that ended so in each of its parts: the first of `SEVEREST` that is one."""
+    """Return the severest of these statuses, in the order of `SEVEREST`; OK if there are none."""
     return min(map(ExitStatus, statuses), key=SEVEREST.index, default=ExitStatus.OK)
 
 
 class CliError(Exception):
-    """The command cannot be carried out, and it is not our fault; the text tells the user why."""
+    """The command cannot be carried out, for a reason outside exover; the text tells the user why."""

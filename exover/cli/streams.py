@@ -1,4 +1,4 @@
-"""Standard output and standard error, which may be closed, full, or read by nobody any more."""
+"""Output to standard output and standard error, which may be closed, full, or a broken pipe."""
 
 import os
 import sys
@@ -8,7 +8,7 @@ from exover.cli.status import CliError, ExitStatus
 
 
 def out(text: str) -> bool:
-    """Write text to standard output at once; return whether anybody still reads there.
+    """Write text to standard output at once; return False if the pipe is broken.
 
     Raises `CliError` if it cannot be written. The bytes are UTF-8 with plain newlines, whatever the locale says.
     """
@@ -28,15 +28,15 @@ def out(text: str) -> bool:
 
 
 class Complaints:
-    """How often something was complained about by now."""
+    """The number of calls of `complain` so far."""
 
     count = 0
 
 
 def complain(text: str) -> None:
-    """Write text and a newline to standard error; where that fails there is nobody left to tell.
+    """Write text and a newline to standard error; failures are ignored.
 
-    A message of one line that has more, as of a file whose name has, goes on indented: no name begins a message.
+    Further lines of an `exover: ` message are indented, so that no file name with a newline can forge a message.
     """
     Complaints.count += 1
     if text.startswith("exover: "):
@@ -62,7 +62,7 @@ def settle(status: int) -> int:
 
 
 def _give_up_output() -> None:
-    # What stands in the buffer would fail again, loudly, when the interpreter flushes it at its end.
+    # What is in the buffer would fail again, with a message, when the interpreter flushes it at its end.
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)
@@ -81,7 +81,7 @@ def _to_stderr(text: str) -> None:
 
 
 class ProgressLine:
-    """A line on standard error that tells what is going on, if that is a terminal; it is gone at the end."""
+    """A line of progress on standard error, if that is a terminal; it is erased at the end."""
 
     WIDTH = 79
     ERASE = "\r\x1b[K"
@@ -96,7 +96,7 @@ class ProgressLine:
         self.show(text)
 
     def show(self, text: str, above: str = "") -> None:
-        """Show this text instead of the last one, and above it, to stay, a line of another if there is one."""
+        """Show this text instead of the last one, and print `above`, if there is any, as a lasting line above it."""
         if self._shown and (above or text != self._text):
             self._text = text
             _to_stderr(self.ERASE)

@@ -42,7 +42,7 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
 
 
 def _told(answer: SwapAnswer, old: str, new: str) -> str:
-    """Return what was proved of two files."""
+    """Return the answer in words."""
     others = "" if answer.asked == answer.rules else "; what NEW starts with breaks no other"
     lines = [f"{old} -> {new}: {answer.asked} of {answer.rules} rules of NEW asked of every state{others}"]
     for name, rules in answer.ended.items():

@@ -1,4 +1,4 @@
-"""`exover trace`: tell the run that a finding shows."""
+"""`exover trace`: print the run of a finding."""
 
 import argparse
 
@@ -11,7 +11,7 @@ from exover.report.recorded import UnreadableReport, retell
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print or write the run of the chosen finding; refuse one that the spec does not answer as recorded."""
+    """Print or write the run of the chosen finding; `CliError` if the spec does not answer it as recorded."""
     recorded, spec = chosen(arguments)
     try:
         story = retell(read_spec(spec), recorded)

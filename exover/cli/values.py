@@ -1,4 +1,4 @@
-"""The values of arguments, read from their texts; each raises `argparse.ArgumentTypeError` with what is wrong."""
+"""Converters for the values of arguments; each raises `argparse.ArgumentTypeError` for a wrong text."""
 
 import argparse
 import os
@@ -9,9 +9,9 @@ FORMS = ("text", "json", "sarif", "junit", "github")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
-"""Processes at most if nobody says how many: each finds out about the loop for itself."""
+"""The most processes by default: each explores the loop for itself."""
 MAX_DOMAIN = 232
-"""Above it the ports of DDS would not be there."""
+"""The greatest domain for which DDS has port numbers."""
 MAX_MEBIBYTES = 2**24
 MAX_DIGITS = 18
 
@@ -27,7 +27,7 @@ def output(text: str) -> tuple[str, str]:
 
 
 def path(why: str) -> Callable[[str], str]:
-    """Return what takes any path but an empty one; `why`: what is told of that."""
+    """Return a converter that takes any path but an empty one; `why`: the error message for that."""
 
     def filled(text: str) -> str:
         if text:
@@ -84,7 +84,7 @@ def mebibytes(text: str) -> int:
 
 
 def cores() -> int:
-    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
+    """Return the default number of processes: one for each core that this process may use, at most USUAL_JOBS."""
     mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(mine, USUAL_JOBS)
 

@@ -1,4 +1,4 @@
-"""`exover verify`: check the proofs of a certificate anew, and prove that tables are the rules of a spec."""
+"""`exover verify`: check the proofs of a certificate, and prove that tables decide as the rules of a spec."""
 
 import argparse
 import json
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print what was verified and return 0; 1 if something is not so, 3 if that is more than can be found out."""
+    """Print what was verified and return 0; 1 if something is refused, 3 if something is not decided."""
     if arguments.table is None and arguments.spec is None:
         raise CliError(
             "a certificate needs the tables that it is about: add --table TABLE; "
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _is_certificate(content: bytes) -> bool:
-    """Return whether this is a certificate, of whatever format, and not tables."""
+    """Return whether the bytes are a certificate, of any format."""
     try:
         found = json.loads(content)
     except (ValueError, RecursionError):
@@ -82,7 +82,7 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> ExitStatus:
 
 
 def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
-    """Print what is proved and what has no proof; with the spec, `_rules` has proved that the tables are the rules."""
+    """Print what is proved and what has no proof; with a spec `tables` is proved, by `_rules` before."""
     tables = [each for each, _ in found.unproved if each["check"] == "tables" and arguments.spec is not None]
     for each in tables:
         if each["verdict"] == "violated":
@@ -108,12 +108,12 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
 
 
 def _is_wanted(finding: "Finding") -> bool:
-    """Return whether a finding says that all is well where the contrary would be an error."""
+    """Return whether a finding holds and its check has severity error."""
     return finding["verdict"] == "holds" and SEVERITY.get(finding["check"]) == "error"
 
 
 def _table(path: str) -> bytes:
-    """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
+    """Return the bytes of tables; a C or Rust source is compiled and run to get them."""
     if not path.endswith((".c", ".rs")):
         return read_bytes(path)
     from exover.engines.compiler import NativeUnavailable

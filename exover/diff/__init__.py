@@ -1,1 +1,1 @@
-"""What a change of a spec changes in its answers."""
+"""The answers that differ between two versions of a spec."""

@@ -38,7 +38,7 @@ class Needs:
 
 
 def needs(tables: Tables, name: str, most: Sizes) -> Needs:
-    """Return what these tables need."""
+    """Return the needs of these tables."""
     form = word_bytes(tables), state_bytes(tables), uses(tables), plain(tables)
     return Needs(name, *form, most.tests, most.actions, most.passes)
 

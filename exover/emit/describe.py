@@ -187,7 +187,7 @@ class Description:
     # ---- actions and roots ----
 
     def action(self, node: Node) -> str:
-        """Return what an action node does."""
+        """Return an action node in words."""
         code = -node.code
         words = [ACTIONS[code]]
         if code == t.KILL and node.high < 0:

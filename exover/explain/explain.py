@@ -153,7 +153,7 @@ def _no_action(verdicts: RuleVerdicts, watched: Watched) -> Account:
 
 
 def _touched(event: Event) -> frozenset[Read]:
-    """Return what an event itself changes, as reads of conditions."""
+    """Return the reads of conditions that an event itself changes."""
     match event:
         case Observe(name):
             return frozenset({Read("reading", name), Read("level", name)})

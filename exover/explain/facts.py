@@ -40,7 +40,7 @@ class Facts:
     imagined: Mapping[SlotId, str] = field(default_factory=dict)
 
     def of(self, cond: Cond, scope: Scope = NOTHING) -> tuple[Fact, ...]:
-        """Return the atoms that decide the truth, each once: of `and` and `or` the parts that are as true as the whole."""
+        """Return the atoms that decide the truth, each once: of an `and` or `or` the parts that are true iff it is."""
         return tuple(dict.fromkeys(self._settling(cond, scope)))
 
     def _settling(self, cond: Cond, scope: Scope) -> Iterator[Fact]:

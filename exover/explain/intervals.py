@@ -9,7 +9,7 @@ from exover.model.types import Int, Real, plain
 from exover.model.wording import value_text
 
 FEW = 16
-"""An int whose range is shorter than this has an interval for each value."""
+"""An int of at most so many values has an interval for each of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,1 +1,1 @@
-"""Who excludes whom, launches whom and wakes whom: read from the model, and drawn."""
+"""The graph of interactions between requests, as exclusion and launches: found in the model, and drawn."""

@@ -32,14 +32,14 @@ WRITTEN_FREELY = {
     "CODELS_REQUIRE": "`codels-require`",
     "CLOCK_RATE": "`clock-rate`",
 }
-"""What the terminals of the grammar that are patterns are called."""
+"""The words for the terminals of the grammar that are patterns."""
 MOST_EXPECTED = 6
-"""How much of what could stand at a place is told."""
+"""The most expected tokens that an error message lists."""
 
 
 @dataclass(slots=True)
 class Service:
-    """An activity, a function or an attribute, and where it is declared; the rest as the tree has it."""
+    """An activity, a function or an attribute, and where it is declared; `lists`: services by kind of list."""
 
     kind: str
     name: str
@@ -52,7 +52,7 @@ class Service:
 
 @dataclass(slots=True)
 class GenomComponent:
-    """A component, or an interface, with what the interfaces that it provides declare."""
+    """A component, with what the interfaces that it provides declare."""
 
     name: str
     place: str
@@ -61,7 +61,7 @@ class GenomComponent:
     services: dict[str, Service] = field(default_factory=dict)
     ports: list[ParseTree] = field(default_factory=list)
     unknown: list[Token] = field(default_factory=list)
-    """Interfaces that it provides and that no file declares."""
+    """The interfaces that it provides and no file declares."""
 
 
 @cache
@@ -71,9 +71,9 @@ def _grammar() -> Lark:
 
 
 def import_genom(given: Preprocessed, head: str) -> Imported:
-    """Return the components that the file itself describes as modules of a part that begins with `head`.
+    """Return a part with a module for each component that the file itself describes; `head`: its first lines.
 
-    Raises `UnreadableDescription`.
+    Raises `UnreadableDescription` if the text is no GenoM3 description, or describes no component.
     """
     return _Importer(given).imported(_parsed(given), head)
 
@@ -95,7 +95,7 @@ def _parsed(given: Preprocessed) -> ParseTree:
 
 
 def _expected(error: UnexpectedToken) -> str:
-    """Return what could stand there, what is written in no one way first."""
+    """Return the expected tokens in words, those of WRITTEN_FREELY first."""
     accepts = {name for name in error.accepts or () if name != "$END"}
     words = sorted(_grammar().get_terminal(name).pattern.value for name in accepts - WRITTEN_FREELY.keys())
     kinds = [kind for name, kind in WRITTEN_FREELY.items() if name in accepts]
@@ -104,7 +104,7 @@ def _expected(error: UnexpectedToken) -> str:
 
 
 class _Importer:
-    """One import: types as they are declared, interfaces by their names."""
+    """The state of one import: the declared types, the interfaces by name, the IDS, and the part so far."""
 
     def __init__(self, given: Preprocessed) -> None:
         self._given = given
@@ -176,7 +176,7 @@ class _Importer:
         return [module_head(name, found.doc[0] if found.doc else ""), *lines, "}"]
 
     def _read(self, found: GenomComponent, node: ParseTree, seen: set[str]) -> None:
-        """Read what a component or interface declares, and what it provides."""
+        """Read into `found` what a component or interface declares, and the interfaces that it provides."""
         scope = (str(node.children[0]),)
         for each in node.children[1:]:
             match each.data:
@@ -228,7 +228,7 @@ class _Importer:
         return service
 
     def _element(self, service: Service, node: ParseTree) -> None:
-        """Read the parameter of an attribute, which is an element of the IDS."""
+        """Read a parameter of an attribute, whose type is that of an element of the IDS."""
         path = [str(each) for part in node.find_data("path") for each in part.children if each.type == "NAME"]
         alias = next((str(each.children[0]) for each in node.find_data("alias")), "")
         members = self._types.element(path, self._ids) if path else None
@@ -240,7 +240,7 @@ class _Importer:
         service.parameters.append((direction, ImportedField(name, kind.text, self._place(node), kind.why)))
 
     def _service(self, service: Service, component: GenomComponent, module: str) -> None:
-        """Add a request with what the description says of it."""
+        """Add the request for a service, with its comments and clauses."""
         part = self._part
         if service.doc:
             part.say(service.doc[0])
@@ -265,7 +265,7 @@ class _Importer:
                 yield f"{word} {', '.join(shown)};"
 
     def _listed(self, service: Service, component: GenomComponent, word: str, names: Iterable[Token]) -> list[str]:
-        """Return the services that a list names, without those of which exo can say nothing."""
+        """Return the services that a list names; those that exo cannot express are left out with a remark."""
         found: dict[str, None] = {}
         for name in names:
             if name == ALL:
@@ -303,7 +303,7 @@ def _is_multiple(node: ParseTree) -> bool:
 
 
 def _refused(service: Service, component: GenomComponent, word: str, name: str) -> str:
-    """Return why a service cannot stand in a list of another one; nothing if it can."""
+    """Return why the list `word` of `service` cannot have service `name`; empty if it can."""
     other = component.services.get(name)
     if other is None:
         return "no such service is declared in what was read"

@@ -1,4 +1,4 @@
-"""Types of the OMG IDL as GenoM3 has them, and what they are in exo."""
+"""Types of the OMG IDL as GenoM3 uses them, and their types in exo."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
@@ -24,12 +24,12 @@ Name = tuple[str, ...]
 ParseTree = Any
 """A tree of lark, whose children are trees and tokens by the rule that it is named after."""
 MAX_ALIASES = 100
-"""Typedefs of typedefs that are followed: more are a circle."""
+"""The most typedefs of typedefs that are followed, which ends cycles."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExoType:
-    """What a type is in exo: `text` is None if it has none there, and `why` says why, or what is not the same."""
+    """The type in exo of a type of the IDL; `text`: None if there is none; `why`: the reason, or what differs."""
 
     text: str | None
     initial: str = ""
@@ -38,7 +38,7 @@ class ExoType:
 
 @dataclass(frozen=True, slots=True)
 class IdlMember:
-    """What a struct has under a name: a type, seen from a scope; `array`: it is a list of them."""
+    """The type of a member or a name, to be resolved from `scope`; `array`: it is an array of that type."""
 
     type: Any
     scope: Name
@@ -47,7 +47,7 @@ class IdlMember:
 
 @dataclass(slots=True)
 class Types:
-    """All types that are declared, by their full names; the enums that were needed so far, by what they are called."""
+    """All declared types and members of structs, by full name; the values of the enums used so far, by name in exo."""
 
     known: dict[Name, IdlMember] = field(default_factory=dict)
     members: dict[Name, dict[str, IdlMember]] = field(default_factory=dict)
@@ -55,7 +55,7 @@ class Types:
     _called: dict[Name, str] = field(default_factory=dict)
 
     def declare(self, node: ParseTree, scope: Name) -> None:
-        """Note what a declaration of the IDL declares, and what stands in it."""
+        """Record the types that a declaration of the IDL declares, those inside it too."""
         match node.data:
             case "module":
                 name, *inner = node.children
@@ -74,7 +74,7 @@ class Types:
                 pass  # constants, exceptions, and structs that are declared elsewhere
 
     def type(self, node: Any, scope: Name) -> None:
-        """Note a type that is declared where it is used: a struct, a union, an enum."""
+        """Record a struct, union or enum that is declared where a type is used; ignore any other node."""
         if node.data not in ("struct", "union", "enum"):
             return
         name = (*scope, str(node.children[0]))
@@ -91,14 +91,14 @@ class Types:
                 yield declared(each), IdlMember(kind, scope, len(each.children) > 1)
 
     def find(self, name: Name, scope: Name) -> Name | None:
-        """Return the full name of a type, looked for from the innermost scope outwards."""
+        """Return the full name of a type, resolved from the innermost scope outwards; None if it is not declared."""
         if name[0] == "::":
             return name[1:] if name[1:] in self.known else None
         scopes = (scope[:length] for length in range(len(scope), -1, -1))
         return next(((*each, *name) for each in scopes if (*each, *name) in self.known), None)
 
     def resolved(self, member: IdlMember) -> tuple[IdlMember, Name | None]:
-        """Return what a type is with its aliases followed, and its full name if it has one."""
+        """Return a type with its aliases resolved, and its full name if it is a struct, union or enum."""
         for _ in range(MAX_ALIASES):
             if member.type.data != "scoped" or member.array:
                 break
@@ -111,7 +111,7 @@ class Types:
         return member, None
 
     def element(self, path: list[str], members: Mapping[str, IdlMember]) -> IdlMember | None:
-        """Return what a path of names leads to in the IDS; None if it leads nowhere."""
+        """Return the member to which a path of names leads in the IDS; None if there is none."""
         here: Mapping[str, IdlMember] = members
         found: IdlMember | None = None
         for name in path:
@@ -122,7 +122,7 @@ class Types:
         return found
 
     def exo(self, member: IdlMember) -> ExoType:
-        """Return what a type is in exo."""
+        """Return the type in exo of a type of the IDL."""
         member, full = self.resolved(member)
         node = member.type
         if member.array:
@@ -143,7 +143,7 @@ class Types:
                 return ExoType(None, why=f"a {kind} type" if kind in ("native", "fixed") else f"a {kind}")
 
     def _enum(self, full: Name, values: tuple[str, ...]) -> str:
-        """Return what an enum is called in exo: its last name, with those before it if that is taken."""
+        """Return the name of an enum in exo: its last name, after as many of its scopes as make it unique."""
         if full not in self._called:
             names = ["_".join(full[-length:]) for length in range(1, len(full) + 1)]
             name = next((each for each in names if each not in self.enums), "_".join((*full, str(len(self.enums)))))

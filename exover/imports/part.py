@@ -1,4 +1,4 @@
-"""The text of a part: what stands in it for sure, and in comments what was left open."""
+"""Builds the text of an imported part; what the import leaves open becomes comments and remarks."""
 
 import os
 from collections.abc import Iterable
@@ -13,25 +13,25 @@ from exover.syntax.parse import parse_file
 from exover.syntax.tree import Spec
 
 TYPE_WORDS = frozenset({"bool", "int", "real"})
-"""What no enum may be called."""
+"""Names that no enum may have."""
 WITHOUT_REQUEST = "E422"
-"""What is wrong with a spec without requests, and not with a part."""
+"""The code of the mistake that a spec has no request; a part needs none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What was left open: where in what was imported (`FILE:LINE`), and what."""
+    """What an import left open, and its place in the imported description (`FILE:LINE`)."""
 
     place: str
     text: str
 
     def __str__(self) -> str:
-        """Return it on one line."""
+        """Return the remark on one line."""
         return " ".join(f"{self.place}: {self.text}".split())
 
 
 class UnreadableDescription(Exception):
-    """A text is none of its language; the place is `FILE:LINE:COLUMN`, or less of it."""
+    """A description cannot be read; `place`: `FILE:LINE:COLUMN`, `FILE:LINE` or `FILE`."""
 
     def __init__(self, place: str, message: str) -> None:
         super().__init__(f"{place}: {message}")
@@ -39,7 +39,7 @@ class UnreadableDescription(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """A part, in the canonical layout, and what was left open in it, which stands in its comments, too."""
+    """A part in the canonical layout, and remarks on what was left open, which its comments have too."""
 
     text: str
     remarks: tuple[Remark, ...]
@@ -47,18 +47,18 @@ class Imported:
 
 @dataclass(frozen=True, slots=True)
 class ImportedField:
-    """A parameter, a returned value or a reading; `kind` is its type in exo, None if it has none there."""
+    """A parameter, a result or a reading; `kind`: its type in exo, None if exo has no such type."""
 
     name: str
     kind: str | None
     place: str
     why: str = ""
-    """Why it has no type, or what its type does not say."""
+    """Why it has no type in exo, or what its type in exo loses."""
 
 
 @dataclass(slots=True)
 class PartText:
-    """Collects the lines of a part, and what is left open."""
+    """Collects the lines and the remarks of a part."""
 
     lines: list[str] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
@@ -68,21 +68,21 @@ class PartText:
         self.lines += [f"// {line}" for line in text.splitlines() if line.strip()]
 
     def leave_open(self, place: str, text: str) -> None:
-        """Add what is left open, as a comment and as a remark."""
+        """Add a remark, and the comment for it, unless it is there already."""
         remark = Remark(place, text)
         if remark not in self.remarks:
             self.remarks.append(remark)
             self.say(f"{near(place)}: {' '.join(text.split())}")
 
     def name(self, name: str, place: str, reserved: frozenset[str] = RESERVED) -> str:
-        """Return a name as exo can have it."""
+        """Return a name as `spelt` does, with a remark if it is changed."""
         found = spelt(name, reserved)
         if found != name:
             self.leave_open(place, f"`{name}` is a word of exo, and is called `{found}`")
         return found
 
     def fields(self, fields: Iterable[ImportedField], taken: Iterable[str] = ()) -> str:
-        """Return parameters or results as the list of a request has them; those without a type are left out."""
+        """Return the list of parameters or results of a request, without those in `taken` and those without a type."""
         known = frozenset(map(spelt, taken))
         shown = []
         for each in fields:
@@ -95,21 +95,21 @@ class PartText:
         return ", ".join(shown)
 
     def kind(self, name: str, found: ImportedField) -> str | None:
-        """Return the type of a field of this name, if it has one; what that does not say is left open."""
+        """Return the type of a field in exo, None if it has none; add a remark if it has none or loses something."""
         if found.why:
             what = "is left out" if found.kind is None else f"is taken for `{found.kind}`"
             self.leave_open(found.place, f"`{name}` {what}: {found.why}")
         return found.kind
 
     def poster(self, name: str, kind: str, initial: str, place: str) -> None:
-        """Add a poster; its first value is a guess."""
+        """Add a poster, with a remark that its initial value is a guess."""
         self.leave_open(place, f"`{name}` is taken to be {initial} until it is first observed")
         self.lines.append(f"poster {self.name(name, place)}: {kind} = {initial};")
 
     def finished(self, name: str, head: str) -> Imported:
-        """Return the part: its head, and the lines so far. `name` is that of what was imported.
+        """Return the part, `head` and the lines so far, formatted; `name`: of the file that was imported.
 
-        Raises `UnreadableDescription` if that declares what cannot stand in one spec, such as two services of one name.
+        Raises `UnreadableDescription` if the part has a mistake, as with two services of one name.
         """
         source = Source(name, "\n".join([head, *self.lines]) + "\n")
         text, mistakes = formatted(source)
@@ -123,16 +123,16 @@ class PartText:
 
 
 def spelt(name: str, reserved: frozenset[str] = RESERVED) -> str:
-    """Return a name as it is called in exo."""
+    """Return a name for exo, with `_` appended if it is reserved."""
     return f"{name}_" if name in reserved else name
 
 
 def module_head(name: str, title: str) -> str:
-    """Return how the block of a module begins."""
+    """Return the first line of the block of a module."""
     shown = " ".join(title.split())
     return f"module {name} {string_literal(shown)} {{" if shown else f"module {name} {{"
 
 
 def near(place: str) -> str:
-    """Return a place without the folder of its file, which is another one on another machine."""
+    """Return a place without the folder of its file, so that the text is the same on every machine."""
     return os.path.basename(place)

@@ -1,4 +1,4 @@
-"""The C preprocessor over a description: `#include` and conditions, with empty files for those that are missing."""
+"""Runs the C preprocessor on a description, with an empty file for each that it includes and that is missing."""
 
 import os
 import re
@@ -13,7 +13,7 @@ from exover.dataclass import dataclass
 
 SECONDS = 60
 MAX_MISSING = 200
-"""Files that are taken for empty, one after the other."""
+"""The most missing files that are replaced by empty ones."""
 _MARKER = re.compile(r'^#(?:line)?[ \t]+([0-9]+)[ \t]+"((?:[^"\\]|\\.)*)"', re.MULTILINE)
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*[<"]([^>"\n]*)[>"]', re.MULTILINE)
 _MISSING = re.compile(r"fatal error: '?([^'\n]+?)'?(?:: No such file or directory| file not found)")
@@ -25,7 +25,7 @@ class NotPreprocessed(Exception):
 
 @dataclass(frozen=True)
 class Preprocessed:
-    """What a file becomes. `missing` says what was not read; `starts`: from which line on lines are those of a file."""
+    """A preprocessed file; `missing`: a text for each file not read; `starts`: (line, file, line in it), ascending."""
 
     name: str
     text: str
@@ -33,7 +33,7 @@ class Preprocessed:
     starts: tuple[tuple[int, str, int], ...]
 
     def origin(self, line: int) -> tuple[str, int]:
-        """Return file and line of a line of the text."""
+        """Return the file and the line in it from which a line of the text comes."""
         at = bisect_right(self.starts, line, key=lambda each: each[0]) - 1
         first, file, number = self.starts[max(at, 0)]
         return file, number + line - first
@@ -44,14 +44,14 @@ class Preprocessed:
         return f"{file}:{number}"
 
     def is_own(self, line: int) -> bool:
-        """Return whether a line stands in the file itself, and not in one that it includes."""
+        """Return whether a line comes from the file itself, and not from one that it includes."""
         return self.origin(line)[0] == self.name
 
 
 def preprocess(name: str, text: str, folders: Sequence[str] = ()) -> Preprocessed:
-    """Return a file as the C preprocessor has it, if there is one; `folders` are looked at for what it includes.
+    """Return a preprocessed file, or the file as it is if there is no preprocessor; `folders`: searched for includes.
 
-    Raises `NotPreprocessed`.
+    Raises `NotPreprocessed` if the preprocessor fails.
     """
     command = _command()
     if command is None:
@@ -98,7 +98,7 @@ def _run(command: list[str]) -> "subprocess.CompletedProcess[str]":
 
 
 def _make(folder: Path, name: str) -> bool:
-    """Make an empty file of a relative name; return whether that is possible, and it is not there already."""
+    """Make an empty file in the folder; return False if the name is not relative, leads outside, or is there."""
     if os.path.isabs(name) or ".." in Path(name).parts or (folder / name).exists():
         return False
     (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -11,11 +11,11 @@ from exover.imports.part import Imported, ImportedField, PartText, UnreadableDes
 from exover.source import Source
 
 SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "response"), ".msg": ("message",)}
-"""What a file consists of, by its suffix."""
+"""By suffix, the sections of a file."""
 UNKNOWN_PACKAGE = "ros"
 NO_DEFINITION = "this is no definition of ROS"
 RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
-"""What stands between two sections."""
+"""The line between two sections."""
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _INTEGERS = {
     "int8": (-(2**7), 2**7 - 1),
@@ -33,13 +33,13 @@ _INTEGERS = {
 _REALS = {"float32", "float64"}
 _TEXTS = {"string", "wstring"}
 _VALUED = re.compile(r"^[ \t]*([^#@\s]\S*)[ \t]+([A-Za-z]\w*)[ \t]+([^=#\s].*)$", re.MULTILINE)
-"""A field with a default value: its type, its name, and what is behind."""
+"""A field with a default value: type, name, and the rest of the line."""
 _LOCAL = "section/msg/"
-"""The package of the messages that a file names without one."""
+"""The package that stands for that of messages which a file names without a package."""
 
 
 class Definition(NamedTuple):
-    """A file as it was read: its fields, section by section, and what its constants are."""
+    """A file as it was read: the fields of each section, and its constants in words."""
 
     source: Source
     sections: dict[str, tuple[ImportedField, ...]]
@@ -47,14 +47,14 @@ class Definition(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Where it stands."""
+        """The path of the file."""
         return Path(self.source.name)
 
 
 def import_ros(sources: Sequence[Source], head: str) -> Imported:
     """Return actions and services as requests, messages as posters: a module for each package, under `head`.
 
-    Raises `UnreadableDescription`.
+    Raises `UnreadableDescription` if a source is no definition of ROS 2.
     """
     part = PartText()
     packages: dict[str, list[Definition]] = {}
@@ -73,7 +73,7 @@ def import_ros(sources: Sequence[Source], head: str) -> Imported:
 
 
 def package_of(path: Path) -> str:
-    """Return the package of a file that stands in its folder `action`, `srv` or `msg`, as a name of exo."""
+    """Return the package of a file, the folder above `action`, `srv` or `msg`, in exo; UNKNOWN_PACKAGE if none."""
     folder = path.absolute().parent
     if folder.name not in ("action", "srv", "msg") or not folder.parent.name:
         return UNKNOWN_PACKAGE
@@ -81,7 +81,7 @@ def package_of(path: Path) -> str:
 
 
 def named(text: str) -> str:
-    """Return a text as a name of exo: humps as `_`, and so is whatever can stand in no name."""
+    """Return a text as a name of exo: CamelCase as snake_case, and `_` for each character that no name may have."""
     name = re.sub(r"\W", "_", _HUMP.sub("_", text).lower(), flags=re.ASCII)
     return f"_{name}" if not name or name[0].isdigit() else name
 
@@ -130,7 +130,7 @@ def _lines(rulers: int) -> str:
 
 
 def _is_value(kind: str, text: str) -> bool:
-    """Return whether a text, a comment behind it apart, is a default value of a type; a message has none."""
+    """Return whether a text, perhaps with a comment, is a default value of a type; a message type has none."""
     value = text.partition("#")[0].strip().lower()
     base = re.split(r"<|\[", kind)[0]
     if "[" in kind:
@@ -172,7 +172,7 @@ def _field(source: Source, text: str, line: int, name: str, kind: Any) -> Import
 
 
 def _add(part: PartText, found: Definition) -> None:
-    """Add what a file defines."""
+    """Add the request or the posters that a file defines."""
     place, name = found.source.name, named(found.path.stem)
     part.say(f"{near(place)}")
     for each in found.constants:

@@ -104,7 +104,7 @@ class Operators:
         return self.analysis.excluded(states & self.analysis.stepper.allowed)
 
     def true(self, formula: Formula) -> Set:
-        """Return the states in which a formula is true, if every run goes on for ever, and fairly."""
+        """Return the states in which a formula is true, over infinite runs, and if `fair` over fair ones."""
         if formula not in self._known:
             self._known[formula] = self._true(formula)
         return self._known[formula]

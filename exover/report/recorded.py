@@ -39,7 +39,7 @@ class Recorded:
 
     @property
     def title(self) -> str:
-        """What was found, in one line."""
+        """The check, the subject and the verdict or severity, in one line."""
         known = pages().get(self.check)
         lesser = self.verdict == "violated" and known is not None and known.severity in ("warning", "note")
         return f"{self.check} {self.subject} {known.severity if known and lesser else self.verdict}"
@@ -49,8 +49,8 @@ class Recorded:
 
 
 def read(text: str) -> tuple[Recorded, ...]:
-    """Return the findings with a trace in a report of `exover check --format json`, of one spec or several, or in a text
-    that is one finding of a report.
+    """Return the findings with a trace in a report of `exover check --format json`, of one spec or several; or the one
+    finding of a report that the text is.
 
     Raises `UnreadableReport` for any other text.
     """
