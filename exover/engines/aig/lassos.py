@@ -10,7 +10,7 @@ from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.home_states import LEVELS, POSTERS, rereadings
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.engines.aig.shorten import doublings
+from exover.engines.aig.shorten import at_once, doublings
 from exover.model.lasso import StepNumbers, rearranged, related
 from exover.model.state import State
 from exover.model.trace import Trace
@@ -23,8 +23,6 @@ PAIRED = 32
 """Up to this length, lassos are tried without any two steps, and with any step in the place of another."""
 OBSERVED = 2
 """How many observations of posters or levels are tried as a loop that changes nothing."""
-WIDEST = 4096
-"""How many lassos are followed at once, at most."""
 
 
 def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
@@ -32,8 +30,7 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
 
     The loop is followed twice: a monitor may begin within the first turn, after which the run is the same.
     """
-    parts = (candidates[first : first + WIDEST] for first in range(0, len(candidates), WIDEST))
-    return [good for part in parts for good in _closed(machine, part)]
+    return [good for part in at_once(candidates) for good in _closed(machine, part)]
 
 
 def _closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:

@@ -1,6 +1,7 @@
 """Shorter runs, made of the steps of longer ones."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.evaluation import Evaluator, evaluator
@@ -8,6 +9,7 @@ from exover.engines.aig.graph import Circuit
 from exover.engines.aig.lanes import LaneWord, differing, initial, lowest, side_by_side
 from exover.model.lasso import moves
 
+T = TypeVar("T")
 MOVED = 32
 """Up to this length, runs are tried with any step in the place of another."""
 WIDEST = 4096
@@ -45,6 +47,11 @@ def _drop_blocks(found: "_Shortening", sizes: dict[int, int]) -> None:
                 sizes[index] = min(sizes[index], len(shorter[index]) // 2)
             else:
                 sizes[index] //= 2
+
+
+def at_once(tried: Sequence[T]) -> Iterator[Sequence[T]]:
+    """Return an iterator of parts of at most `WIDEST` candidates, in order."""
+    return (tried[first : first + WIDEST] for first in range(0, len(tried), WIDEST))
 
 
 class _Shortening:
@@ -127,12 +134,11 @@ class _Shortening:
         """Return, where there is one, the shortest run in which a step takes the place of another."""
         short = ((index, self.runs[index]) for index in asked if len(self.runs[index]) <= MOVED)
         tried = list(dict.fromkeys((index, moved) for index, run in short for _, _, moved in moves(run)))
+        found = [ends for part in at_once(tried) for ends in self._ends(part)]
         shorter: dict[int, Inputs] = {}
-        for first in range(0, len(tried), WIDEST):
-            part = tried[first : first + WIDEST]
-            for (index, _), ends in zip(part, self._ends(part), strict=True):
-                if ends and (index not in shorter or len(ends) < len(shorter[index])):
-                    shorter[index] = ends
+        for (index, _), ends in zip(tried, found, strict=True):
+            if ends and (index not in shorter or len(ends) < len(shorter[index])):
+                shorter[index] = ends
         return shorter
 
     def _ends(self, tried: Sequence[tuple[int, Inputs]]) -> list[Inputs]:
