@@ -20,7 +20,7 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Loaded, load, load_properties
 from exover.places import advised, find_properties, read_part
 from exover.source import STDIN, Source
-from exover.syntax.decode import MAX_BYTES, decode
+from exover.syntax.decode import MAX_BYTES, decode, unread
 
 T = TypeVar("T")
 MOST_BYTES = 1 << 28
@@ -148,8 +148,7 @@ def read_language(path: str) -> bytes:
     try:
         return _content(path, MAX_BYTES + 1)
     except OSError as error:
-        unread = Diagnostic("E001", f"the file cannot be read: {error.strerror}", None)
-        complain(render_all([unread], Source(name, "")))
+        complain(render_all([unread(error)], Source(name, "")))
         raise CliError(f"cannot read {name}: {error.strerror}") from error
 
 

@@ -19,7 +19,7 @@ from exover.places import (
     refuse_irregular,
 )
 from exover.source import Source
-from exover.syntax.decode import decode
+from exover.syntax.decode import decode, unread
 from exover.syntax.includes import ReadPart
 from exover.syntax.lex import tokens
 
@@ -35,7 +35,7 @@ class TextFile:
     version: int | None = None
     """The version number that the editor gave the text."""
     stamp: tuple[int, int] = (0, 0)
-    unread: str = ""
+    unread: Diagnostic | None = None
     """Why the file cannot be read; empty if it can."""
     spec: TextAnalysis | None = None
     """Of a properties file or a part, the analysis of its spec."""
@@ -119,8 +119,7 @@ class Files:
 
     def _analysed(self, file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
         if file.unread:
-            report = Diagnostic("E001", f"the file cannot be read: {file.unread}", None)
-            return TextAnalysis(Source(file.path, ""), (report,))
+            return TextAnalysis(Source(file.path, ""), (file.unread,))
         source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
         if isinstance(source, Diagnostic):
             return TextAnalysis(Source(file.path, file.text), (source,))
@@ -185,7 +184,7 @@ class Files:
         except OSError as error:
             if not (path.endswith(SUFFIX) and os.path.lexists(path)):
                 return None
-            return TextFile(path, "", open=False, unread=error.strerror or str(error))
+            return TextFile(path, "", open=False, unread=unread(error))
         return file
 
 

@@ -19,3 +19,8 @@ def decode(name: str, data: bytes) -> Source | Diagnostic:
         line = error.object.count(b"\n", 0, error.start) + 1
         message = f"the file is no UTF-8 text: byte 0x{error.object[error.start]:02x} on line {line}"
         return Diagnostic("E002", message, None, help="save it as UTF-8")
+
+
+def unread(error: OSError) -> Diagnostic:
+    """Return the diagnostic of a file that the system cannot read."""
+    return Diagnostic("E001", f"the file cannot be read: {error.strerror or error}", None)
