@@ -45,8 +45,8 @@ def emit(
     most = most or bounds(tables)
     return (
         *emit_tables(model, tables, name, beside, most),
-        Artefact(f"{name}_api.h", typed.api(model, tables, name, most).encode()),
-        Artefact(f"{name}_api.c", wrappers.source(model, tables, name, most).encode()),
+        Artefact(f"{name}_api.h", typed.api(model, name, most).encode()),
+        Artefact(f"{name}_api.c", wrappers.source(model, name, most).encode()),
         *(Artefact(file, runtime_file(file)) for file in BOX),
         Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),

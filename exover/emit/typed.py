@@ -11,7 +11,6 @@ from exover.emit.identifiers import Enumeration, SpecIdentifiers, constants, fig
 from exover.model.model import Model
 from exover.model.wording import visible
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import Tables
 
 WIDTH = 118
 """The most characters of a line of a comment."""
@@ -40,7 +39,7 @@ the slot tells whether it is active. False if there is no such slot, if the chec
 changed since, which is a fault. Bound: constant."""
 
 
-def api(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
+def api(model: Model, name: str, most: EventBounds) -> str:
     """Return the text of `NAME_api.h`, which documents the API for a host."""
     known, start = constants(model, name), prefix(name)
     capi, every = CApi(known, start), tuple(calls(model, most, known.taken))

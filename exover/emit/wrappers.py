@@ -8,10 +8,9 @@ from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import SpecIdentifiers, constants, figure, prefix
 from exover.emit.typed import readers, viewers
 from exover.model.model import Model
-from exover.ocrd.tables import Tables
 
 
-def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
+def source(model: Model, name: str, most: EventBounds) -> str:
     """Return the text of `NAME_api.c`."""
     known, start = constants(model, name), prefix(name)
     capi = CApi(known, start)

@@ -134,8 +134,8 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
     state = state.unrefused()
     _, actions = reference.step(state, event)
     concern = concern_of(reference, state, event, actions)
-    near = set(quantities(model, state, event, concern_of_names(model, state, first)))
-    found = sorted(quantities(model, state, event, concern), key=lambda quantity: quantity not in near)
+    near = set(quantities(state, event, concern_of_names(model, state, first)))
+    found = sorted(quantities(state, event, concern), key=lambda quantity: quantity not in near)
     size = len(model.rules) + len(model.requests) + len(model.launches)
     trials = Trials(CounterfactualReference(model), state, event, actions, concern.mentions(), max(LEAST, WORK // size))
     most = 1

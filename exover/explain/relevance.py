@@ -93,7 +93,7 @@ def concern_of(reference: Reference, state: State, event: Event, actions: Iterab
     what any rule, launch rule or waiting request reads.
     """
     model = reference.model
-    requests, rules = _spoken(model, actions)
+    requests, rules = _spoken(actions)
     if isinstance(event, Ask):
         requests, rules = {event.request}, set()
     elif not requests and not rules:
@@ -137,7 +137,7 @@ def _concern(model: Model, state: State, conditions: Conditions, named: set[Read
     return Relevance(tuple(dict.fromkeys(conditions)), frozenset(_spread(model, state, named)))
 
 
-def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]]:
+def _spoken(actions: Iterable[Action]) -> tuple[set[str], set[str]]:
     """Return the requests that were decided, and the rules that the actions name."""
     requests: set[str] = set()
     rules: set[str] = set()
@@ -173,7 +173,7 @@ def _spread(model: Model, state: State, named: set[Read]) -> set[Read]:
     return found
 
 
-def quantities(model: Model, state: State, event: Event, concern: Relevance) -> tuple[Factor, ...]:
+def quantities(state: State, event: Event, concern: Relevance) -> tuple[Factor, ...]:
     """Return the quantities that are read: first the values of the event, then each kind in the order of the spec."""
     found: list[Factor] = []
     match event:

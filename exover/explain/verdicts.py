@@ -37,8 +37,7 @@ class RuleVerdicts:
         found = [(guard.place, self._of_guard(guard, decided, newcomer)) for guard in decided.request.guards]
         found += self._of_consumptions(decided, newcomer)
         found += [
-            (instance.rule.place, self._of_rule(index, decided, newcomer))
-            for index, instance in enumerate(newcomer.questions)
+            (instance.rule.place, self._of_rule(index, newcomer)) for index, instance in enumerate(newcomer.questions)
         ]
         return tuple(verdict for _, verdict in sorted(found, key=lambda item: item[0]))
 
@@ -67,7 +66,7 @@ class RuleVerdicts:
             found.append((clauses[0].place, verdict))
         return found
 
-    def _of_rule(self, index: int, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
+    def _of_rule(self, index: int, newcomer: NewcomerStates) -> RuleVerdict:
         """Return the verdict of the rule in question at `index`: that in the end, or `clear` if it cleared slots."""
         reference, instance = self.reference, newcomer.questions[index]
         so_far, with_it = (self._cleared(newcomer, count) for count in (index, index + 1))

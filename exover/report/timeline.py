@@ -80,7 +80,7 @@ def render(title: str, story: Story) -> str:
     body: list[str] = []
     y = 3 * MARGIN
     for band in bands:
-        body += _band(story, band, y, left)
+        body += _band(story, band, y)
         y += AXIS + sum(band.height(lane) for lane in band.lanes) + MARGIN
     legend, legend_end = _legend(MARGIN, y)
     title_end = MARGIN + _width(title) * 14 // 11
@@ -141,7 +141,7 @@ def _label(lane: Lane, row: Row) -> str:
 # ---- drawing ----
 
 
-def _band(story: Story, band: Band, top: int, left: int) -> Iterator[str]:
+def _band(story: Story, band: Band, top: int) -> Iterator[str]:
     """Yield the elements of a band."""
     bottom = top + AXIS + sum(band.height(lane) for lane in band.lanes)
     yield from _loop(story, band, top, bottom)
@@ -152,7 +152,7 @@ def _band(story: Story, band: Band, top: int, left: int) -> Iterator[str]:
     y = top + AXIS
     for lane in band.lanes:
         yield f'<path class="line" d="M{MARGIN} {y}H{band.edges[-1]}"/>'
-        yield from _lane(band, lane, y, left)
+        yield from _lane(band, lane, y)
         y += band.height(lane)
     yield f'<path class="line" d="M{MARGIN} {y}H{band.edges[-1]}"/>'
 
@@ -170,7 +170,7 @@ def _loop(story: Story, band: Band, top: int, bottom: int) -> Iterator[str]:
     yield f'<text class="small" x="{start + 3}" y="{top + 11}">for ever: {first}–{last}</text>'
 
 
-def _lane(band: Band, lane: Lane, top: int, left: int) -> Iterator[str]:
+def _lane(band: Band, lane: Lane, top: int) -> Iterator[str]:
     """Yield the name, the marks and the rows of a lane."""
     rows = top + band.lines(lane) * LINE + 3
     for step, marks in sorted(lane.marks.items()):

@@ -101,7 +101,7 @@ def test_all_numbers_of_a_region_turn_the_answer_or_none_does(seed: int) -> None
         before = outcome_of(event, actions)
         concern = concern_of(reference, state, event, actions)
         options = Interventions(model, state, event, concern.mentions())
-        for quantity in quantities(model, state, event, concern):
+        for quantity in quantities(state, event, concern):
             for option in options.of(quantity):
                 if option.interval is None:
                     continue

@@ -271,7 +271,7 @@ class McpProxy:
         elif pending.stops is not None:
             self._stopped(pending.stops, message)
         elif pending.slot is not None:
-            self._carried_out(pending, pending.slot, message)
+            self._carried_out(pending.slot, message)
         else:
             self._ready = self._ready or (bool(self._envelope) and "result" in message.body)
             self._reply(pending, message.body)
@@ -286,7 +286,7 @@ class McpProxy:
             body = visible(body, self.gate.binding)
         self._answer(body)
 
-    def _carried_out(self, pending: Pending, slot: SlotId, message: Message) -> None:
+    def _carried_out(self, slot: SlotId, message: Message) -> None:
         """Take the response to a call that carries out a slot: it tells the end, or that it has started."""
         if self._carries.get(slot) != message.id:
             return  # its end was reported in another way before
