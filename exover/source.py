@@ -29,10 +29,6 @@ class Span(NamedTuple):
     start: int
     end: int
 
-    def to(self, other: "Span") -> "Span":
-        """Return the span from the beginning of this one to the end of ``other``."""
-        return Span(self.start, other.end)
-
 
 class SourcePlace(NamedTuple):
     """The place of a character: the name of its file, line and column."""

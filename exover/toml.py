@@ -38,9 +38,6 @@ class Places:
         return None
 
 
-NOWHERE = Places({})
-
-
 def read_toml(source: Source) -> tuple[dict[str, Any], Places] | Diagnostic:
     """Return the content of a file and the places of its keys, or a diagnostic if it is no TOML."""
     try:

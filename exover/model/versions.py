@@ -8,8 +8,6 @@ from exover.dataclass import dataclass
 from exover.model.model import Model, Parameter, Request, Variable
 from exover.model.types import Bool, Enum, Int, Real, Type, contains
 
-SIDES = ("OLD", "NEW")
-
 
 @dataclass(frozen=True)
 class Versions:

@@ -51,10 +51,6 @@ def test_lines(text: str, offset: int, line: str) -> None:
     assert source.slice(source.line_span(offset)) == line
 
 
-def test_spans_join() -> None:
-    assert Span(2, 3).to(Span(7, 9)) == Span(2, 9)
-
-
 def shown(text: str, span: Span | None, **parts: str) -> list[str]:
     return render(Diagnostic("E203", "unknown request `nd.got`", span, **parts), Source("s.exo", text)).splitlines()  # type: ignore[arg-type]
 

@@ -12,13 +12,13 @@ from fractions import Fraction
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.smt.steps import SymbolicSteps
+from exover.engines.smt.steps import Input, SymbolicSteps
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, reals
-from exover.engines.smt.valuation import inputs_of
 from exover.loop.exact.events import event_of, value_of
+from exover.loop.exact.layout import Layout
 from exover.loop.exact.term import Term
-from exover.model.event import Event
+from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.trace import Disagreement, Trace, run
 from exover.ocrd.tables import Tables
 from exover.ocrd.trace_replay import TraceReplay
@@ -127,3 +127,18 @@ def between(low: float, high: float, wanted: Sequence[Fraction]) -> list[float]:
     if any(not one < other for one, other in zip((low, *found), (*found, high), strict=True)):
         raise SpuriousModel("there are not enough doubles between two constants")
     return found
+
+
+def inputs_of(layout: Layout, inputs: tuple[Input, ...], event: Event) -> dict[Term, Term]:
+    """Return the values that an event brings."""
+    match event:
+        case Ask(_, args):
+            values: Args = args
+        case Report(_, _, _, results):
+            values = results
+        case Observe(_, value):
+            values = (value,)
+        case _:
+            values = ()
+    parameters = tuple(each.parameter for each in inputs)
+    return dict(zip((each.var for each in inputs), layout.values(parameters, values), strict=True))

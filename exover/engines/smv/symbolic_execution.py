@@ -73,10 +73,6 @@ class DefineExecution(SymbolicExecution[Expr]):
         """The condition that is never true."""
         return FALSE
 
-    def symbols(self, variables: Iterable[int]) -> dict[int, SmvSymbol]:
-        """Return what variables are at this point."""
-        return {var: self.now[var] for var in variables}
-
     def set(self, var: int, cases: Iterable[tuple[Expr, SmvSymbol]]) -> None:
         """Give a variable the value of the first case that is true."""
         left = [(when, value) for when, value in cases if when != FALSE and value.text != self.now[var].text]

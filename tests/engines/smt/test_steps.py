@@ -2,14 +2,15 @@
 
 import pytest
 
+from exover.engines.smt.concretize import inputs_of
 from exover.engines.smt.solver import Clock, Prover
 from exover.engines.smt.steps import SymbolicStep, SymbolicSteps
-from exover.engines.smt.valuation import inputs_of, kind_of
 from exover.loop.exact.actions import TableActions
+from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term, Terms
-from exover.model.event import Event, Invalid, Launched, Rejected
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Launched, Observe, Rejected, Report
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wire_reading import read_event
@@ -26,6 +27,21 @@ EVENTS = 120
 def steps_of(made: Compiled) -> SymbolicSteps:
     """Return the steps of a loop."""
     return SymbolicSteps(TableActions(TableEncoding(Layout(made.model, Terms()), made.tables)), Prover(Clock()))
+
+
+def kind_of(layout: Layout, event: Event) -> Kind:
+    """Return the kind of an event."""
+    match event:
+        case Ask(name):
+            return Kind("ask", name)
+        case Report(name, slot, outcome):
+            return Kind("report", name, slot, outcome)
+        case Abort(name, slot):
+            return Kind("abort", name, slot)
+        case AbortWaiting(name):
+            return Kind("abort waiting", name)
+        case Observe(name):
+            return Kind("observe" if name in layout.model.variable else "observe level", name)
 
 
 def walked(spec: str, seed: int) -> int:
