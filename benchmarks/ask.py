@@ -18,7 +18,7 @@ def main(path: str, *wanted: str) -> int:
     loaded = pipeline.load(Source(path, Path(path).read_text(encoding="utf-8")))
     assert loaded.model is not None
     names = wanted or [check.name for check in CHECKS if check.severity == "error"]
-    findings = check_all(pipeline.build(loaded.model).compiled, lambda what: None, names).findings
+    findings = check_all(pipeline.build(loaded.model).compiled, lambda what: None, asked=names).findings
     counts = Counter((finding.check, finding.verdict, finding.method) for finding in findings)
     for key, count in counts.items():
         seconds = sum(each.seconds for each in findings if (each.check, each.verdict, each.method) == key)

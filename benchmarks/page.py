@@ -6,8 +6,6 @@ from functools import partial
 from benchmarks import families
 from benchmarks.measure import Row, median_seconds
 from exover.checks.run import CheckOutcome
-from exover.checks.schedule.engines import PORTFOLIO
-from exover.model.property import NO_PROPERTIES
 from exover.pipeline import Build, build, check, load, unanswered
 from exover.rendering import look, summarise
 from exover.report.summary import ERRORS
@@ -28,7 +26,7 @@ def pages(rounds: int) -> Iterator[Row]:
 
 
 def _open(built: Build) -> CheckOutcome:
-    return unanswered(built.model, NO_PROPERTIES, "not asked here", None, PORTFOLIO, False)
+    return unanswered(built.model, "not asked here")
 
 
 def _page(what: str, text: str, answers: Callable[[Build], CheckOutcome], rounds: int) -> Iterator[Row]:

@@ -111,6 +111,7 @@ def build(model: Model, unchecked: bool = False) -> Build:
 def check(
     built: Build,
     progress: Callable[[str], None],
+    *,
     asked: Collection[str] | None = None,
     properties: Properties = NO_PROPERTIES,
     limits: "Limits | None" = None,
@@ -132,9 +133,17 @@ def check(
     from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
 
     limits = limits or NO_LIMITS
-    who = engines or PORTFOLIO
-    told, kept = audience or NOBODY, store or NO_STORE
-    outcome = check_all(built.compiled, progress, asked, properties, limits, who, count, told, kept)
+    outcome = check_all(
+        built.compiled,
+        progress,
+        asked=asked,
+        properties=properties,
+        limits=limits,
+        engines=engines or PORTFOLIO,
+        count=count,
+        audience=audience or NOBODY,
+        store=store or NO_STORE,
+    )
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     new = [finding for finding in shown if (finding.check, finding.subject) not in outcome.recalled]
     if not new:
@@ -156,16 +165,19 @@ def check(
 
 def unanswered(
     model: Model,
-    properties: Properties,
     reason: str,
-    asked: Collection[str] | None,
-    engines: "Engines",
-    count: bool,
+    *,
+    asked: Collection[str] | None = None,
+    properties: Properties = NO_PROPERTIES,
+    engines: "Engines | None" = None,
+    count: bool = False,
 ) -> "CheckOutcome":
     """Return the outcome of `check` if there is no time for any check: all findings are unknown, for `reason`."""
     from exover.checks import run
+    from exover.checks.schedule.engines import PORTFOLIO
 
-    return run.unanswered(model, asked, properties, reason, engines, count)
+    who = engines or PORTFOLIO
+    return run.unanswered(model, reason, asked=asked, properties=properties, engines=who, count=count)
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:

@@ -97,6 +97,7 @@ NOBODY = Nobody()
 def check_all(
     compiled: Compiled,
     progress: Progress,
+    *,
     asked: Collection[str] | None = None,
     properties: Properties = NO_PROPERTIES,
     limits: Limits = NO_LIMITS,
@@ -178,11 +179,12 @@ def questions(model: Model, asked: Collection[str] | None, properties: Propertie
 
 def unanswered(
     model: Model,
-    asked: Collection[str] | None,
-    properties: Properties,
     reason: str,
-    engines: Engines,
-    count: bool,
+    *,
+    asked: Collection[str] | None = None,
+    properties: Properties = NO_PROPERTIES,
+    engines: Engines = DIAGRAMS,
+    count: bool = False,
 ) -> CheckOutcome:
     """Return an outcome in which every question is `unknown` for this reason."""
     put = questions(model, asked, properties)

@@ -118,9 +118,8 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
         raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
     for remark in out_of_range(model, properties):
         complain(f"exover: warning: {remark}")
-    built, outcome = decide(
-        model, properties, limits, asked, engines, arguments.count, answers_of(arguments, arguments.spec)
-    )
+    store = answers_of(arguments, arguments.spec)
+    built, outcome = decide(model, properties, limits, asked=asked, engines=engines, count=arguments.count, store=store)
     written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
@@ -192,6 +191,7 @@ def decide(
     model: Model,
     properties: Properties,
     limits: Limits,
+    *,
     asked: Collection[str] | None = None,
     engines: Engines = PORTFOLIO,
     count: bool = False,
@@ -201,16 +201,27 @@ def decide(
 
     Questions that `store` has an answer to are not asked.
     """
+    without = partial(unanswered, model, asked=asked, properties=properties, engines=engines, count=count)
     with Live() as progress:
         try:
             with interrupted(limits):
                 progress("tables")
                 built = build(model)
         except TimeUp:
-            return None, unanswered(model, properties, limits.reason, asked, engines, count)
+            return None, without(limits.reason)
         except KeyboardInterrupt:
-            return None, unanswered(model, properties, INTERRUPTED, asked, engines, count)
-        outcome = check(built, progress, asked, properties, limits, engines, count, progress, store)
+            return None, without(INTERRUPTED)
+        outcome = check(
+            built,
+            progress,
+            asked=asked,
+            properties=properties,
+            limits=limits,
+            engines=engines,
+            count=count,
+            audience=progress,
+            store=store,
+        )
         progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")

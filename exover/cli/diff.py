@@ -97,11 +97,12 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
             builds = build(old[1]), build(new[1])
 
         def judged(built: Build, properties: Properties, share: Limits) -> Collection[Finding]:
-            asked = ("property",) if properties.properties else ()
-            outcome = check(built, progress, asked, properties, share, engines) if asked else None
-            if outcome is not None and outcome.interrupted:
+            if not properties.properties:
+                return ()
+            outcome = check(built, progress, asked=("property",), properties=properties, limits=share, engines=engines)
+            if outcome.interrupted:
                 raise KeyboardInterrupt
-            return outcome.findings if outcome is not None else ()
+            return outcome.findings
 
         def ask() -> tuple[Collection[Finding], Collection[Finding]]:
             half = replace(limits, deadline=limits.deadline - max(limits.left, 0) / 2) if limits.seconds else limits

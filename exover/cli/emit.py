@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
             _, model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, asked(ERRORS, SEVERITY), portfolio())
+    built, outcome = decide(model, properties, limits, asked=asked(ERRORS, SEVERITY), engines=portfolio())
     summary = summarise(shown(arguments.spec), model, built, outcome, COUNTED, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())

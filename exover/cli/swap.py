@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: ProgressLine) -> dict[str, Verdict]:
     if not asked:
         return {}
-    outcome = check(old, progress, ("property",), Properties(asked), limits)
+    outcome = check(old, progress, asked=("property",), properties=Properties(asked), limits=limits)
     if outcome.interrupted:
         raise KeyboardInterrupt
     return {finding.subject: finding.verdict for finding in outcome.findings}

@@ -73,7 +73,9 @@ def test_a_spec_has_the_findings_that_are_expected(path: Path) -> None:
     limits = limits_from(monotonic(), JOBS, SECONDS)
     made = build(model).compiled
     audience: Audience = NOBODY if WHOLE else Asker()
-    found = check_all(made, silent, ASKED, properties, limits, engines(), audience=audience).findings
+    found = check_all(
+        made, silent, asked=ASKED, properties=properties, limits=limits, engines=engines(), audience=audience
+    ).findings
     wanted = expected(path)
 
     unanswered = {(finding.check, finding.subject) for finding in found if finding.verdict == "unknown"}
@@ -93,7 +95,7 @@ def test_a_spec_has_the_findings_that_are_expected(path: Path) -> None:
 
 @pytest.mark.parametrize("path", SPECS, ids=TEAMS)
 def test_the_tables_of_a_spec_hold_and_it_starts_consistent(path: Path) -> None:
-    found = check_all(build(read_spec(str(path))).compiled, silent, APART).findings
+    found = check_all(build(read_spec(str(path))).compiled, silent, asked=APART).findings
     assert {finding.check for finding in found} == APART
     assert {finding.verdict for finding in found} == {"holds"}
 

@@ -139,9 +139,9 @@ def test_old_has_half_of_the_time(run, tmp_path: Path, monkeypatch: pytest.Monke
     shares: list[float] = []
     check = exover.cli.diff.check
 
-    def noted(*asked):
-        shares.append(asked[4].left)
-        return check(*asked)
+    def noted(*given, **asked):
+        shares.append(asked["limits"].left)
+        return check(*given, **asked)
 
     monkeypatch.setattr(exover.cli.diff, "check", noted)
     told(run, tmp_path, OLD, OLD, "--timeout", "600")

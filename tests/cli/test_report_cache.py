@@ -26,7 +26,9 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """By command whose report was not printed before a line."""
     found: list[str] = []
     decide = check.decide
-    monkeypatch.setattr(check, "decide", lambda model, *rest: found.append(model.name) or decide(model, *rest))
+    monkeypatch.setattr(
+        check, "decide", lambda model, *rest, **asked: found.append(model.name) or decide(model, *rest, **asked)
+    )
     return found
 
 

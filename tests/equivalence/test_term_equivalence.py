@@ -96,7 +96,7 @@ def test_no_damage_is_missed_that_changes_a_decision(seed: int) -> None:
 def test_sums_and_large_ranges_are_exact() -> None:
     """No set of states is made where they are more than diagrams are for; and the least change of a bound is found."""
     made = compiled(model_of(LARGE))
-    outcome = check_all(made, lambda what: None, ["tables"], engines=PORTFOLIO)
+    outcome = check_all(made, lambda what: None, asked=["tables"], engines=PORTFOLIO)
     said = {(each.verdict, each.engine) for each in outcome.findings if each.check == "tables"}
     assert said == {("holds", "bdd")}
     nodes, tested = made.tables.nodes, 0

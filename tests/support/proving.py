@@ -12,7 +12,7 @@ def proved(old: Build) -> AskProperties:
     def ask(asked: tuple[Property, ...]) -> dict[str, str]:
         if not asked:
             return {}
-        outcome = check(old, lambda _: None, ("property",), Properties(asked), Limits(jobs=1))
+        outcome = check(old, lambda _: None, asked=("property",), properties=Properties(asked), limits=Limits(jobs=1))
         return {finding.subject: finding.verdict for finding in outcome.findings}
 
     return ask  # type: ignore[return-value]

@@ -54,7 +54,7 @@ def found(
         assert isinstance(loaded.properties, Properties), loaded.diagnostics
         read = loaded.properties
     checks = None if asked is None else {asked}
-    findings = check_all(compiled(model), lambda phase: None, checks, read, engines=engines).findings
+    findings = check_all(compiled(model), lambda phase: None, asked=checks, properties=read, engines=engines).findings
     return {(each.check, each.subject): each for each in findings}
 
 

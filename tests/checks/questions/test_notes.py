@@ -26,7 +26,7 @@ def while_active(state: str) -> str:
 
 
 def verdicts_of(made: Compiled, properties: Properties = NO_PROPERTIES) -> Verdicts:
-    findings = check_all(made, lambda what: None, ASKED, properties).findings
+    findings = check_all(made, lambda what: None, asked=ASKED, properties=properties).findings
     return {(each.check, each.subject): each.verdict for each in findings}
 
 
@@ -211,7 +211,7 @@ def test_of_a_level_that_no_table_tests_diagrams_know_nothing() -> None:
         module m { request b() { consumes f 2; } } resource f: 2 consumable by wait;""")
     )
     assumed = Properties((), (Assumption(Negation(Happened("rejected", "m.b")), NOWHERE),))
-    findings = check_all(made, lambda what: None, {"redundancy"}, assumed).findings
+    findings = check_all(made, lambda what: None, asked={"redundancy"}, properties=assumed).findings
     assert [(each.verdict, each.message) for each in findings if each.check == "redundancy"] == [
         ("unknown", "the level of `f`, which no table tests, is not followed")
     ]

@@ -114,7 +114,7 @@ def test_a_loop_that_observes_reads_what_is_left_to_be_read() -> None:
 def test_a_loop_may_begin_where_its_monitor_does() -> None:
     """That `m.a` waits is true of the moments after the step that asks for it, and is watched from the next on."""
     late = "spec late; poster ok: bool = false; module m { request a() { wait until ok; } request b() { check ok; } }"
-    outcome = check_all(compiled(model_of(late)), lambda _: None, {"starvation"}, engines=Engines(("aig",)))
+    outcome = check_all(compiled(model_of(late)), lambda _: None, asked={"starvation"}, engines=Engines(("aig",)))
     (finding,) = (each for each in outcome.findings if each.subject == "m.a")
     assert finding.trace is not None
     assert (len(finding.trace.moments), finding.trace.loop_start) == (2, 1)

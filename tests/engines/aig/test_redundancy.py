@@ -75,7 +75,7 @@ def test_every_verdict_is_that_of_the_diagrams(path: Path) -> None:
     written = Path("properties", f"{path.stem}.prop")
     properties = read_properties(str(path), str(written), model) if written.exists() else NO_PROPERTIES
     made = compiled(model)
-    findings = check_all(made, lambda phase: None, {"redundancy"}, properties).findings
+    findings = check_all(made, lambda phase: None, asked={"redundancy"}, properties=properties).findings
     wanted = {each.subject: each.verdict for each in findings if each.check == "redundancy"}
     assert verdicts_of(made, properties) == wanted
 
