@@ -15,6 +15,7 @@ from exover.bounds.sizes import ram_bytes
 from exover.ocrd.packing import COUNTS, HEADER, SECTIONS, checks, pack, words
 from exover.ocrd.packing import START as WORDS
 from exover.ocrd.tables import Entry, Tables
+from exover.pipeline import build
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
     BAD_COUNTS,
@@ -32,6 +33,7 @@ from tests.runtime.compiling import (
     field_at,
     sealed,
 )
+from tests.support.engines import model_of
 
 ROVER = next(path for path in SPECS if path.parent.name == "specs" and path.stem == "rover")
 CORNERS = next(path for path in SPECS if path.stem == "corners")
@@ -130,18 +132,34 @@ def test_a_number_out_of_place_is_refused(section: str, field: str, value: int, 
     assert outcome.status == status
 
 
-def test_lists_are_looked_at(harness: Harness) -> None:
-    """A word of `lists` counts for what reads it: rules of an entry, requests that clear a latch, arguments."""
-    tables = built(CORNERS).tables
+REQUIRED = """spec required;
+poster due: bool = false;
+module m { request go(x: real in 0.0 .. 5.0, n: int in 0 .. 3); }
+launch start: m.go(2.5, 1) when due because "it is due";
+"""
+
+
+def with_each_word_of_lists(tables: Tables) -> list[bytes]:
+    """Return the bytes with one word of `lists` too great, for each of the words."""
     damaged = []
     for index in range(len(tables.lists)):
         data = bytearray(pack(tables))
         at = len(data) - 2 * (len(checks(tables)) + len(tables.lists) - index)
         data[at : at + 2] = struct.pack("<h", 30000)
         damaged.append(sealed(checked(bytes(data))))
-    launched = {at for row in tables.launches for at in range(row.args, len(tables.lists))}
-    for index, outcome in enumerate(harness.run(damaged)):
-        assert outcome.status == BAD_INDEX or index in launched
+    return damaged
+
+
+def test_lists_are_looked_at(harness: Harness) -> None:
+    """A word of `lists` counts for what reads it: rules of an entry, requests that clear a latch."""
+    damaged = with_each_word_of_lists(built(CORNERS).tables)
+    assert [outcome.status for outcome in harness.run(damaged)] == [BAD_INDEX] * 12
+
+
+def test_arguments_of_a_launch_rule_are_looked_at(harness: Harness) -> None:
+    """A real one is the index of a double; an integer one is a number, whatever it is."""
+    damaged = with_each_word_of_lists(build(model_of(REQUIRED)).tables)
+    assert [outcome.status for outcome in harness.run(damaged)] == [BAD_INDEX, READY]
 
 
 def test_a_sum_of_sums_is_refused(harness: Harness) -> None:
