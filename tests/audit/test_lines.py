@@ -2,7 +2,6 @@
 
 import ctypes
 import json
-import re
 from collections.abc import Iterator
 from random import Random
 
@@ -259,8 +258,8 @@ def test_random_numbers(reader: LineReader) -> None:
 def test_plain_lines_are_read_in_c(reader: LineReader) -> None:
     recorded = (*told(CRANE, 3, 200), *mixed(CRANE, 4, 200))
     lines = [line for line in recorded if in_python(line) not in (None, OUT_OF_RANGE)]
-    odd = [line for line in lines if not agree(reader, line)]
-    assert all(re.search(rb'"invalid"|"value": 1e400|1' + b"0" * 18, line) for line in odd), odd[:3]
+    assert len(lines) > 300
+    assert [line for line in lines if not agree(reader, line)] == []
 
 
 def test_damaged_lines(reader: LineReader) -> None:
