@@ -13,7 +13,8 @@ from exover.gate.gate import Gate
 from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Exchange, Pending, ToolCall
 from exover.gate.mcp.lines import BadLine, Message, PreparedCall, key_of_id
-from exover.gate.mcp.results import document, ending, envelope, own_call, refusal, succeeded, visible
+from exover.gate.mcp.results import document, ending, own_call, refusal, succeeded, visible
+from exover.gate.mcp.server import McpServer
 from exover.gate.outer import (
     Alarm,
     CallId,
@@ -54,7 +55,6 @@ class McpProxy:
     name: str = "mcp"
     kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
-    _pending: dict[int, Pending] = field(default_factory=dict)
     _open: dict[tuple[bool, Any], int | CallId] = field(default_factory=dict)
     """Open requests of the client by id: the number by which one was passed on, or the call that the gate decides."""
     _asked: Exchange = field(default_factory=Exchange)
@@ -62,17 +62,14 @@ class McpProxy:
     _calls: dict[CallId, ToolCall] = field(default_factory=dict)
     _carries: dict[SlotId, int] = field(default_factory=dict)
     """The number of the open request to the server that carries out a slot."""
-    _alive: bool = True
     _ready: bool = False
-    _envelope: Json = field(default_factory=dict)
-    _meta: str = ""
-    """`_envelope` as JSON text, for prepared calls."""
     _cancels: dict[str, PreparedCall] = field(default_factory=dict)
     """The call that stops a request, by request."""
     _polls: dict[str, PreparedCall] = field(default_factory=dict)
     """The call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went and have not ended since."""
+    _server: McpServer = None  # type: ignore[assignment]
     _watching: Watching = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -82,6 +79,7 @@ class McpProxy:
         for watch in self.gate.binding.watches:
             if watch.kind == "tool":
                 self._polls[watch.name] = lines.prepared(watch.source, watch.arguments)
+        self._server = McpServer(self.to_server, self._numbers)
         self._watching = Watching(self.gate, self._poll, self.clock)
         self.gate.attach(self)
 
@@ -133,12 +131,12 @@ class McpProxy:
         due = self.gate.state.due
         if due is not None and due <= self.clock():
             self.gate.tell(Ticked())
-        self._watching.tick(self._ready and self._alive)
+        self._watching.tick(self._ready and self._server.alive)
 
     @property
     def due(self) -> float:
         """The next time at which `tick` has something to do; infinite if there is none."""
-        watch = self._watching.due if self._ready and self._alive else math.inf
+        watch = self._watching.due if self._ready and self._server.alive else math.inf
         due = self.gate.state.due
         return min(watch, math.inf if due is None else due)
 
@@ -149,21 +147,20 @@ class McpProxy:
 
     def server_gone(self) -> None:
         """Tell the gate that the server has died, and answer the client's open requests with errors."""
-        self._alive = False
+        unanswered = self._server.gone()
         self.gate.tell(ModuleGone(all_bound(self.gate.binding)))
-        for pending in self._pending.values():
+        for pending in unanswered:
             if pending.client_id is not None and pending.slot is None:
                 self._reply(pending, {"error": {"code": lines.SERVER_GONE, "message": "the server is gone"}})
-        self._pending.clear()
 
     @property
     def active(self) -> bool:
         """Whether the server is alive and something that was active when the client went has not ended."""
-        return self._alive and bool(self._awaited)
+        return self._server.alive and bool(self._awaited)
 
     def give_up(self) -> None:
         """Tell the person which slots still run though their end is not waited for any longer."""
-        for name, slot in sorted(self._awaited if self._alive else ()):
+        for name, slot in sorted(self._awaited if self._server.alive else ()):
             self.tell(f"{name}[{slot}] still ran when the gate gave up waiting for its end")
 
     # ---- the client ----
@@ -182,19 +179,12 @@ class McpProxy:
             self._pass(message)
 
     def _pass(self, message: Message) -> None:
-        if not self._alive:
+        if not self._server.alive:
             self._answer(lines.error(message.id, lines.SERVER_GONE, "the server is gone"))
             return
-        self._remember(message)
-        number = self._send(message.body, Pending(message.method, message.id))
+        self._server.remember(message.params)
+        number = self._server.request(message.body, Pending(message.method, message.id))
         self._open[key_of_id(message.id)] = number
-
-    def _remember(self, message: Message) -> None:
-        """Note the `_meta` entries of a stateless session, if this request carries them."""
-        found = envelope(message.params)
-        if found and found != self._envelope:
-            self._meta = lines.text_of(found)
-            self._envelope = found
 
     def _tool_call(self, message: Message) -> None:
         name, arguments = message.params.get("name"), message.params.get("arguments", {})
@@ -207,7 +197,7 @@ class McpProxy:
         if not candidates and self.gate.binding.passes(name):
             self._pass(message)
             return
-        self._remember(message)
+        self._server.remember(message.params)
         call = CallId(self.name, next(self._numbers))
         self._calls[call] = ToolCall(message.id, message.params)
         self._open[key_of_id(message.id)] = call
@@ -235,7 +225,7 @@ class McpProxy:
             return
         if message.method == "notifications/initialized":
             self._ready = True
-        self._to_server(message.body)
+        self._server.send(message.body)
 
     def _cancelled(self, message: Message) -> None:
         """Cancel an open request of the client; an id that is not open is ignored."""
@@ -244,14 +234,14 @@ class McpProxy:
         if isinstance(known, CallId):
             self._forget(known)
             self.gate.tell(Cancelled(known))
-        elif known is not None and known in self._pending:
-            self._pending[known].cancelled = True
+        elif known is not None and (pending := self._server.pending(known)):
+            pending.cancelled = True
             del self._open[key_of_id(id)]
-            self._to_server({**message.body, "params": {**message.params, "requestId": known}})
+            self._server.send({**message.body, "params": {**message.params, "requestId": known}})
 
     def _answered_by_client(self, message: Message) -> None:
         for id in self._asked.answered(message.id):
-            self._to_server({**message.body, "id": id})
+            self._server.send({**message.body, "id": id})
 
     def _forget(self, call: CallId) -> ToolCall | None:
         """Remove and return a call, since it is answered now or was cancelled; None if it is not open."""
@@ -263,7 +253,7 @@ class McpProxy:
     # ---- the server ----
 
     def _response(self, message: Message) -> None:
-        pending = self._pending.pop(message.id, None) if isinstance(message.id, int) else None
+        pending = self._server.close(message.id) if isinstance(message.id, int) else None
         if pending is None:
             self.tell("an answer of the server was dropped: nobody has asked for it")
         elif pending.watch is not None:
@@ -273,7 +263,7 @@ class McpProxy:
         elif pending.slot is not None:
             self._carried_out(pending.slot, message)
         else:
-            self._ready = self._ready or (bool(self._envelope) and "result" in message.body)
+            self._ready = self._ready or (bool(self._server.envelope) and "result" in message.body)
             self._reply(pending, message.body)
 
     def _reply(self, pending: Pending, body: Json) -> None:
@@ -363,7 +353,7 @@ class McpProxy:
         """Forget the request that carried out a slot. Without a cancel tool, a cancelled one is never answered."""
         number, bound = self._carries.pop(slot, 0), self.gate.binding.of(slot[0])
         if bound and not bound.cancel:
-            self._pending.pop(number, None)
+            self._server.close(number)
         self._awaited.discard(slot)
         self._watching.forget(slot)
 
@@ -372,9 +362,9 @@ class McpProxy:
         assert bound is not None, "what is not bound is neither asked for nor required"
         self._watching.forget(slot)
         found = self._calls.get(call) if call else None
-        params = {**found.params, "name": bound.inner} if found else self._own(own_call(bound, args))
+        params = {**found.params, "name": bound.inner} if found else self._server.own(own_call(bound, args))
         body = {"jsonrpc": "2.0", "method": "tools/call", "params": params}
-        self._carries[slot] = self._send(body, Pending("tools/call", slot=slot))
+        self._carries[slot] = self._server.request(body, Pending("tools/call", slot=slot))
 
     def _hold(self, call: CallId, rule: str, because: str | None) -> None:
         found = self._calls.get(call)
@@ -391,10 +381,10 @@ class McpProxy:
         if call:
             call.stopped = rule, because
         if cancel:
-            self._send_prepared(cancel, Pending("tools/call", stops=slot))
+            self._server.call(cancel, Pending("tools/call", stops=slot))
         elif slot in self._carries:
             params = {"requestId": self._carries[slot], "reason": f"{rule}: {because}" if because else rule}
-            self._to_server(lines.notification("notifications/cancelled", params))
+            self._server.send(lines.notification("notifications/cancelled", params))
         else:
             self.gate.tell(CancelRefused(slot))
 
@@ -411,31 +401,11 @@ class McpProxy:
 
     def _deny(self, id: Any, rule: str, because: str | None, verb: str = "refused") -> None:
         """Give the client a tool error; in a stateless session with `resultType`, which is needed there."""
-        complete = {"resultType": "complete"} if self._envelope else {}
+        complete = {"resultType": "complete"} if self._server.envelope else {}
         self._answer(lines.result(id, {**refusal(rule, because, verb), **complete}))
 
     def _poll(self, watch: Watch) -> None:
-        self._send_prepared(self._polls[watch.name], Pending("tools/call", watch=watch))
-
-    def _own(self, params: Json) -> Json:
-        """Return the parameters of a call of the gate itself, in a stateless session with `_meta`."""
-        return {**params, "_meta": self._envelope} if self._envelope else params
-
-    def _send(self, body: Json, pending: Pending) -> int:
-        number = next(self._numbers)
-        self._pending[number] = pending
-        self._to_server({**body, "id": number})
-        return number
-
-    def _send_prepared(self, call: PreparedCall, pending: Pending) -> None:
-        number = next(self._numbers)
-        self._pending[number] = pending
-        if self._alive:
-            self.to_server(call.line(number, self._meta))
-
-    def _to_server(self, body: Json) -> None:
-        if self._alive:
-            self.to_server(lines.write(body))
+        self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))
 
     def _answer(self, body: Json) -> None:
         self.to_client(lines.write(body))
