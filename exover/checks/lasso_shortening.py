@@ -63,8 +63,8 @@ def guesses(claim: Claim) -> bool:
 
 
 def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
-    """Return the lasso after four reductions: a resting loop, single steps, related steps together, moved steps."""
-    lasso = next(filter(shows, _resting(shows.reference, lasso)), lasso)
+    """Return the lasso after four reductions: a stuttering loop, single steps, related steps together, moved steps."""
+    lasso = next(filter(shows, _stuttering(shows.reference, lasso)), lasso)
     lasso = _shorter(lasso, shows, lambda given: (given.without({n}) for n in reversed(range(given.length))))
     lasso = _shorter(lasso, shows, lambda given: map(given.without, related(given, _subject, PAIRED)))
     return _shorter(lasso, shows, lambda given: _rearranged(shows.reference, given) if given.length <= PAIRED else ())
@@ -111,7 +111,7 @@ def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
             return lasso
 
 
-def _resting(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
+def _stuttering(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
     """Yield lassos that consist of a prefix of the given one and a loop that observes what a poster reads already."""
     events = lasso.steps
     if len(lasso.loop) == 1 and isinstance(lasso.loop[0], Observe):

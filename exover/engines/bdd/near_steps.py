@@ -39,7 +39,7 @@ class NearSteps:
         return self.stepper.space
 
     @cached_property
-    def _resting(self) -> dict[str, bool]:
+    def _idle_bits(self) -> dict[str, bool]:
         """The bits of the other slots and places, by name, all 0."""
         kinds = enumerate(self.space.loop.variables)
         others = [n for n, variable in kinds if variable.key[0] in BUSY and n not in self.variables]
@@ -47,7 +47,7 @@ class NearSteps:
 
     def among(self, states: Set) -> Set:
         """Return the states restricted to those in which all else is idle, without the bits that say so."""
-        return self.space.bdd.let(self._resting, states)
+        return self.space.bdd.let(self._idle_bits, states)
 
     @cached_property
     def universe(self) -> Set:
@@ -82,8 +82,8 @@ class NearSteps:
         if number not in self._steps:
             whole = self.stepper.step(number).function
             enabled = self.among(whole.enabled)
-            for name in whole.bits.keys() & self._resting.keys():
+            for name in whole.bits.keys() & self._idle_bits.keys():
                 enabled &= ~self.among(whole.bits[name])
-            bits = {name: self.among(value) for name, value in whole.bits.items() if name not in self._resting}
+            bits = {name: self.among(value) for name, value in whole.bits.items() if name not in self._idle_bits}
             self._steps[number] = Function(enabled, bits, {}, whole.inputs)
         return self._steps[number]
