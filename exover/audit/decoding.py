@@ -84,4 +84,5 @@ def _known(store: Typestore, name: str) -> str:
 
 
 def first_line(error: Exception) -> str:
+    """Return the text of an exception as one line; the name of its type if it has no text."""
     return " ".join(str(error).split()) or type(error).__name__

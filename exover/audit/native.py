@@ -247,7 +247,7 @@ def _bits(real: float) -> int:
 
 
 def _load(library: bytes) -> ctypes.CDLL:
-    """Load the library and declare its functions."""
+    """Return the loaded library, its functions declared."""
 
     def make(folder: Path) -> Path:
         (folder / "audit.so").write_bytes(library)

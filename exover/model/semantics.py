@@ -106,7 +106,7 @@ class Reference(Decisions):
                 assert_never(event)
 
     def _ask(self, step: Step, name: str, args: Args, required: Launch | None = None) -> Step:
-        """Handle an ask; `required`: the launch rule that raised it."""
+        """Return the step with an ask done; `required`: the launch rule that raised it."""
         request, place = self.model.request[name], step.state.places[name]
         if place and not request.interrupts_self:
             return self._refuse(step, name, BUSY, required)
@@ -123,7 +123,7 @@ class Reference(Decisions):
         return step
 
     def _refuse(self, step: Step, name: str, reason: Reason, required: Launch | None) -> Step:
-        """Reject a newcomer; no action if it is a required launch that the last step refused for the same rule."""
+        """Return the step with a newcomer rejected; a refusal that repeats the last step's is no action."""
         if required is None:
             return step.so(step.state, Rejected(name, reason.rule, reason.because))
         known = step.state.refused.get(required.name)
@@ -133,11 +133,11 @@ class Reference(Decisions):
         return step.so(step.state, Rejected(name, reason.rule, reason.because, required.name))
 
     def _reject(self, step: Step, name: str, decision: Decision) -> Step:
-        """Reject what is in the waiting place and was decided again."""
+        """Return the step with what is in the waiting place rejected, once it was decided again."""
         return self._give_up(step, name, decision.reason or BUSY)
 
     def _give_up(self, step: Step, name: str, reason: Reason) -> Step:
-        """Reject what is in the waiting place of a request, if it is taken."""
+        """Return the step with what is in the waiting place of a request rejected, if something is."""
         place = step.state.places[name]
         if not place:
             return step
@@ -153,7 +153,7 @@ class Reference(Decisions):
         launch_rule: str | None,
         required: Launch | None = None,
     ) -> Step:
-        """Carry out a decision that is no rejection: kill, take the waiting place, or launch.
+        """Return the step with a decision done that is no rejection: kill, take the waiting place, or launch.
 
         `launch_rule`: the origin of the request; `required`: its launch rule, if that requires it in this step.
         """

@@ -58,6 +58,7 @@ class Memory:
     # ---- the vector ----
 
     def add(self, entry: int, delta: int) -> None:
+        """Add to an entry, and to the sums that it is part of; mark the rules that read them. NONE is no entry."""
         if entry == NONE or not delta:
             return
         row = self.tables.entries[entry]
@@ -68,6 +69,7 @@ class Memory:
             self.add(other, factor * delta)
 
     def put(self, entry: int, value: int) -> None:
+        """Give an entry a value, as `add` does."""
         if entry != NONE:
             self.add(entry, value - self.vector[entry])
 
@@ -84,6 +86,7 @@ class Memory:
         return found
 
     def agrees(self, predicate: int) -> bool:
+        """Return whether a predicate is true of the vector: it is `ALWAYS`, or its diagram leads to an action."""
         return predicate == t.ALWAYS or bool(self.walk(predicate))
 
     # ---- arguments ----
@@ -120,6 +123,7 @@ class Memory:
                 self.add(getattr(feature, phase), sign * weight)
 
     def set_slot(self, request: int, slot: int, phase: int, args: Args) -> None:
+        """Give a slot a phase and arguments, and count it in the entries of its request as it is now."""
         number = self.tables.requests[request].slots + slot
         names = {RUNNING: "running", STOPPING: "stopping"}
         if self.phase[number] != IDLE:
@@ -130,6 +134,7 @@ class Memory:
         self.changed = True
 
     def set_place(self, request: int, phase: int, args: Args) -> None:
+        """Give a waiting place a phase and arguments, and count it as `set_slot` does; nothing if it has them."""
         if self.place[request] == phase and self.place_args[request] == args:
             return
         names = {WAITING: "waiting", CLEARING: "clearing"}

@@ -66,7 +66,7 @@ class InProcessEngine:
 
 
 def _load(model: Model, tables: Tables) -> ctypes.CDLL:
-    """Compile and load the library, and declare its functions."""
+    """Return the library, compiled and loaded, its functions declared."""
 
     def make(folder: Path) -> Path:
         return compile_with("library.c", "checker.so", model, tables, folder, LIBRARY_FLAGS)

@@ -78,5 +78,6 @@ def decide_text(rules: Sequence[str]) -> str:
 
 
 def listed(rules: Sequence[str]) -> str:
+    """Return the names of up to `SHADOWS` rules, and how many more there are."""
     first, others = ", ".join(f"`{each}`" for each in rules[:SHADOWS]), len(rules) - SHADOWS
     return f"{first} and {others} more" if others > 0 else first

@@ -107,7 +107,7 @@ class Image:
                 assert_never(op)
 
     def _walked(self, states: Set, walk: Walk) -> Set:
-        """Follow a diagram with all states at once, nodes in increasing order, so that parents come before children."""
+        """Return the states after a walk of all states at once, through nodes in order: parents before children."""
         if walk.root == NONE:
             return self.post(states, walk.end)
         nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)

@@ -134,7 +134,7 @@ class Stepper:
         return states & self.allowed
 
     def _passes(self, states: Set, due: set[int]) -> Set:
-        """Run passes until none changes a state."""
+        """Return the states after as many passes as it takes until none changes a state."""
         while due:
             self.image.note(PASS, states)
             for number, component in enumerate(self.loop.body):

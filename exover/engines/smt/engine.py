@@ -94,7 +94,7 @@ class Smt:
         return self._again(claim, claim.formula, end)
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
-        """Look for invariants by Houdini, once for all claims, and answer the claim with these as lemmas."""
+        """Return what is found of a claim with the invariants of Houdini as lemmas, looked for once for all claims."""
         self.clock.deadline = (monotonic() + end) / 2
         with suppress(Inconclusive):
             self.steps.invariants = Houdini(self.steps, Prover(self.clock)).found()

@@ -266,7 +266,7 @@ class Arguments:
         return self._weights[args, choice]
 
     def _weigh(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
-        """Compute `weights`; each weight is cached by the arguments that it depends on."""
+        """Return `weights`, computed; each weight is cached by the arguments that it depends on."""
         found = [0] * (self.row.features_end - self.row.features)
         for numbers, features in self._features.items():
             key = numbers, tuple([args[number] for number in numbers]), choice

@@ -94,4 +94,4 @@ class SymbolicExecution(ABC, Generic[S]):
 
     @abstractmethod
     def branched(self, number: int, node: Node, fixed: dict[int, int], here: S) -> tuple[S, S]:
-        """Split the condition of a node by its test, true and false; entries of `fixed` have the values given there."""
+        """Return the states at a node in which its test is true, and the others; `fixed` has values of entries."""

@@ -222,7 +222,7 @@ class StatePredicates(SlotPredicates[S]):
         return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))
 
     def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> S:
-        """Compare a real or an enum reading with a constant or a parameter, value by value."""
+        """Return the states in which a real or an enum reading compares so with a constant or a parameter."""
         var = self.loop.index["reading", self.variable[name]]
         found = []
         for cell, value in enumerate(self.loop.samples[self.variable[name]]):
