@@ -80,10 +80,10 @@ class RuleVerdicts:
             return self._rule_verdict(early, instance, "clear", scene.without(so_far), attempts)
         if demand == "nothing":
             return self._rule_verdict(final, instance, demand, scene.without(newcomer.cleared))
-        crowd = reference.with_clearing(final, newcomer.slot[0])
+        running = reference.with_clearing(final, newcomer.slot[0])
         imagined = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
         scene = ImaginedScene({**imagined, **scene.imagined}, f"{scene.moment}, and what is clearing running too")
-        return self._rule_verdict(crowd, instance, demand, scene.without(newcomer.cleared))
+        return self._rule_verdict(running, instance, demand, scene.without(newcomer.cleared))
 
     def _cleared(self, newcomer: NewcomerStates, count: int) -> tuple[SlotId, ...]:
         """Return C after the first `count` rules in question; empty if C is empty in the end."""

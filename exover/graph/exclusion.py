@@ -53,7 +53,7 @@ def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
     if both := pair(rule):
         yield Exclusion(*both, sometimes=False)
     elif found := members(rule, model):
-        yield from _crowded(found, model)
+        yield from _exceeding(found, model)
     else:
         own = (Status("active", rule.slot_of),) if rule.slot_of else ()
         order = ModelIndex(model).request
@@ -63,7 +63,7 @@ def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
                 yield Exclusion(one, other, sometimes=True)
 
 
-def _crowded(found: tuple[Member, ...], model: Model) -> Iterator[Exclusion]:
+def _exceeding(found: tuple[Member, ...], model: Model) -> Iterator[Exclusion]:
     """Yield the pairs of members that together exceed the capacity."""
     several = ((one, one) for one in found if model.request[one.request].instances > 1)
     for one, other in (*several, *combinations(found, 2)):

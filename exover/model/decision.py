@@ -181,8 +181,7 @@ class Decisions:
         name = newcomer[0]
         if not any(name in self._killed_requests(remedy, instance) for remedy in remedies):
             return []
-        crowded = self.with_clearing(launched, name)
-        if not self.true_either_way(crowded, instance):
+        if not self.true_either_way(self.with_clearing(launched, name), instance):
             return []
         for remedy in remedies:
             if isinstance(remedy, Reject | Wait):

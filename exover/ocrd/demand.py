@@ -168,7 +168,7 @@ class Decider:
             rule, true = instance.rule, self._true_either_way(instance, view)
             found.append((rule.place, true, _verdict(rule.remedies, instance.reason)))
             if any(request.name in killed_requests(remedy, rule) for remedy in filter(_kills, rule.remedies)):
-                found += [(rule.place, where, do) for where, do in self._crowd_demands(request, view, instance, true)]
+                found += [(rule.place, where, do) for where, do in self._if_clearing(request, view, instance, true)]
         found.sort(key=lambda demand: demand[0])
         return [(where, do) for _, where, do in found if where != NO]
 
@@ -187,16 +187,16 @@ class Decider:
             reason = Reason(resource.name, self.questions.model.text(clause))
             yield clause.place, self.manager.both(first, short), _verdict(resource.remedies, reason)
 
-    def _crowd_demands(
+    def _if_clearing(
         self, request: Request, view: View, instance: SymbolicInstance, true: int
     ) -> Iterator[tuple[int, Do]]:
         """Yield the demands of a rule that may kill the newcomer, for F with the clearing requests running too; none
         where F holds without them (`true`).
         """
         rule = instance.rule
-        crowd = self.questions.clearable - {request.name}
-        crowded = replace(view, crowd=crowd)
-        left = self.manager.both(self.manager.negate(true), self._true_either_way(instance, crowded))
+        clearing = self.questions.clearable - {request.name}
+        running = replace(view, clearing=clearing)
+        left = self.manager.both(self.manager.negate(true), self._true_either_way(instance, running))
         for remedy in rule.remedies:
             if left == NO:
                 return
@@ -204,7 +204,7 @@ class Decider:
                 yield left, _verdict((remedy,), instance.reason)
                 return
             spared = [name for name in killed_requests(remedy, rule) if name != request.name]
-            without = replace(crowded, crowd=crowd - set(spared))
+            without = replace(running, clearing=clearing - set(spared))
             without = self._more_idle(without, self._targets(remedy, instance), YES)
             still = self._true_either_way(instance, without)
             helps = self.manager.both(left, self.manager.negate(still))

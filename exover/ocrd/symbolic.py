@@ -366,7 +366,7 @@ class ConditionDiagrams(Relations):
         parts = [self._slots(request, where, view, view.phases)]
         if view.newcomer and view.newcomer.name == request:
             parts.append(self._if_argument(view.newcomer, where, 1))
-        if request in view.crowd:
+        if request in view.clearing:
             parts.append([(YES, self.form(InPlace(request, where, "clearing")), 0)])
         return self.added(parts) if len(parts) > 1 else parts[0]
 

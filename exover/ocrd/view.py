@@ -25,13 +25,13 @@ class View:
 
     `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied. `idle` maps a request and a slot, or
     None for all, to the condition under which it is idle; with `once_stopped`, stopping slots are idle too. What is
-    clearing at a request of `crowd` runs too.
+    clearing at a request of `clearing` runs too.
     """
 
     newcomer: Request | None = None
     idle: dict[str, dict[int | None, int]] = field(default_factory=dict)
     once_stopped: bool = False
-    crowd: frozenset[str] = frozenset()
+    clearing: frozenset[str] = frozenset()
 
     @property
     def phases(self) -> Phases:
@@ -41,7 +41,7 @@ class View:
     def touches(self, request: str) -> bool:
         """Return whether the view supposes another number of active slots of a request than those in `phases`."""
         newcomer = self.newcomer is not None and self.newcomer.name == request
-        return newcomer or request in self.idle or request in self.crowd
+        return newcomer or request in self.idle or request in self.clearing
 
 
 PRESENT = View()
