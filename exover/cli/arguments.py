@@ -7,7 +7,7 @@ from typing import Any
 from exover import __version__
 from exover.cli.parsing import Lists, Parser
 from exover.cli.values import (
-    FORMS,
+    REPORT_FORMATS,
     USUAL_JOBS,
     cores,
     domain,
@@ -21,17 +21,24 @@ from exover.cli.values import (
     seconds,
 )
 
-ENGINES = ("reference", "tables", "c", "rust")
-JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
-PICTURES = ("text", "json", "svg", "vcd")
-DIFFS = ("text", "json", "sarif", "markdown")
-AUDITS = ("text", "json", "sarif")
-GRAPHS = ("dot", "svg", "mermaid")
+RUN_ENGINES = ("reference", "tables", "c", "rust")
+CHECK_ENGINES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
+TRACE_FORMATS = ("text", "json", "svg", "vcd")
+DIFF_FORMATS = ("text", "json", "sarif", "markdown")
+AUDIT_FORMATS = ("text", "json", "sarif")
+GRAPH_FORMATS = ("dot", "svg", "mermaid")
 EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
 SHELLS = ("bash", "zsh", "fish")
 TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
-NOT_ASKED = {"certificate": None, "count": False, "bounds": False, "max_tests": None, "max_rom": None, "max_ram": None}
-NOT_ASKED |= {"no_cache": True}
+WITHOUT_OPTIONS = {
+    "certificate": None,
+    "count": False,
+    "bounds": False,
+    "max_tests": None,
+    "max_rom": None,
+    "max_ram": None,
+    "no_cache": True,
+}
 """The options of `check` that `report` lacks, with the values that it has for them."""
 
 
@@ -81,7 +88,9 @@ def _check(verbs: Any) -> None:
     check.add_argument(
         "--changed", action="store_true", help="SPEC are changed files: a part stands for the specs that include it"
     )
-    check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
+    check.add_argument(
+        "--format", choices=REPORT_FORMATS, default="text", help="how findings are printed (default: text)"
+    )
     check.add_argument(
         "--output",
         metavar="FORMAT=FILE",
@@ -120,7 +129,7 @@ def _judging(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     verb.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
     verb.add_argument(
-        "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
+        "--engine", choices=CHECK_ENGINES, default="auto", help="who answers; all: every one, compared (default: auto)"
     )
     verb.add_argument(
         "--abc",
@@ -138,7 +147,7 @@ def _report(verbs: Any) -> None:
     _choice(report)
     _judging(report)
     _limits(report)
-    report.set_defaults(**NOT_ASKED)
+    report.set_defaults(**WITHOUT_OPTIONS)
 
 
 def _verify(verbs: Any) -> None:
@@ -159,7 +168,7 @@ def _simulate(verbs: Any) -> None:
     simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line")
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
-    simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
+    simulate.add_argument("--engine", choices=RUN_ENGINES, default="reference", help="who answers (default: reference)")
 
 
 def _replay(verbs: Any) -> None:
@@ -177,7 +186,7 @@ def _trace(verbs: Any) -> None:
     trace.add_argument(
         "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
     )
-    trace.add_argument("--format", choices=PICTURES, default="text", help="how the run is told (default: text)")
+    trace.add_argument("--format", choices=TRACE_FORMATS, default="text", help="how the run is told (default: text)")
     _which(trace)
     trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
     trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
@@ -209,7 +218,7 @@ def _which(parser: argparse.ArgumentParser) -> None:
 def _graph(verbs: Any) -> None:
     graph = verbs.add_parser("graph", help="draw who excludes whom, launches whom and wakes whom")
     graph.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
-    graph.add_argument("--format", choices=GRAPHS, default="dot", help="svg is drawn by Graphviz (default: dot)")
+    graph.add_argument("--format", choices=GRAPH_FORMATS, default="dot", help="svg is drawn by Graphviz (default: dot)")
     graph.add_argument(
         "--only",
         metavar="EDGE[,…]",
@@ -239,7 +248,7 @@ def _diff(verbs: Any) -> None:
     diff.add_argument(
         "--deny-weaker", action="store_true", help="status 1 if NEW launches what OLD refuses or lets wait"
     )
-    diff.add_argument("--format", choices=DIFFS, default="text", help="how it is printed (default: text)")
+    diff.add_argument("--format", choices=DIFF_FORMATS, default="text", help="how it is printed (default: text)")
     diff.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
     diff.add_argument("--abc", metavar="PATH", help="Berkeley ABC; none: the embedded solver (default: looked for)")
     _resources(diff)
@@ -316,7 +325,7 @@ def _audit(verbs: Any) -> None:
     audit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     audit.add_argument("missions", metavar="MISSION", nargs="+", help="recorded missions, or folders of them; or -")
     audit.add_argument("--bind", metavar="BINDING", help="which topics of a bag are which requests, NAME.bind.toml")
-    audit.add_argument("--format", choices=AUDITS, default="text", help="how it is printed (default: text)")
+    audit.add_argument("--format", choices=AUDIT_FORMATS, default="text", help="how it is printed (default: text)")
     audit.add_argument("--out", metavar="FILE", help="write each ask and divergence as Parquet (extra exover[audit])")
     audit.add_argument(
         "--jobs",
@@ -378,7 +387,7 @@ def _serve(verbs: Any) -> None:
     )
     serve.add_argument(
         "--engine",
-        choices=("auto", *ENGINES),
+        choices=("auto", *RUN_ENGINES),
         default="auto",
         help="what decides (default: auto, the emitted C if there is a compiler, else tables)",
     )

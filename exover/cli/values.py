@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from contextlib import suppress
 
-FORMS = ("text", "json", "sarif", "junit", "github")
+REPORT_FORMATS = ("text", "json", "sarif", "junit", "github")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
@@ -19,8 +19,8 @@ MAX_DIGITS = 18
 def output(text: str) -> tuple[str, str]:
     """Return format and file of `FORMAT=FILE`; standard output is no file."""
     form, _, file = text.partition("=")
-    if form not in FORMS or not file:
-        raise argparse.ArgumentTypeError(f"{text!r} is no FORMAT=FILE with a format of {', '.join(FORMS)}")
+    if form not in REPORT_FORMATS or not file:
+        raise argparse.ArgumentTypeError(f"{text!r} is no FORMAT=FILE with a format of {', '.join(REPORT_FORMATS)}")
     if file == "-":
         raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
     return form, file

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from exover.cli.arguments import TARGETS
-from exover.cli.values import FORMS
+from exover.cli.values import REPORT_FORMATS
 
 SHELLS = ("bash", "zsh", "fish")
 ASK = """
@@ -38,7 +38,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
         (["exover", "explain", "lock"], {"lockout"}),
         (["exover", "explain", "de"], {"deadlock", "demo.exo"}),
         (["exover", "check", "demo.exo", "--format", "=", "s"], {"sarif"}),
-        (["exover", "check", "demo.exo", "--format", "="], {*FORMS}),
+        (["exover", "check", "demo.exo", "--format", "="], {*REPORT_FORMATS}),
         (["exover", "check", "--format", "=", "json", "de"], {"demo.exo"}),
         (["exover", "completion", ""], {"bash", "zsh", "fish"}),
     ],
