@@ -47,7 +47,7 @@ def active(request: str, where: Cond | None = None) -> Atom:
 
 
 P, Q = active(A), active(B)
-NOT_P, NOT_Q = Atom(Not(P.condition)), Atom(Not(Q.condition))
+NOT_P = Atom(Not(P.condition))
 
 
 def loaded(text: str) -> Properties:

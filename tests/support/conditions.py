@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from exover.model.types import Bool, Enum, Int, Real, Type
 from tests.support.scene import CONSTS, Defined, Requested, Scene
 
-STANDINGS = ("guard", "launch", "fail", "forbid", "latch", "amount")
 ALLOWED: dict[str, tuple[str, ...]] = {
     "guard": ("phase", "active", "past", "last", "amount", "reading", "param", "define"),
     "launch": ("phase", "active", "past", "last", "amount", "reading", "define"),
