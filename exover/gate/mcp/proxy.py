@@ -69,8 +69,8 @@ class McpProxy:
     """The call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went and have not ended since."""
-    _server: McpServer = None  # type: ignore[assignment]
-    _watching: Watching = None  # type: ignore[assignment]
+    _server: McpServer = field(init=False)
+    _watching: Watching = field(init=False)
 
     def __post_init__(self) -> None:
         for bound in self.gate.binding.requests:
