@@ -187,6 +187,51 @@ def test_a_call_that_cannot_be_read_is_refused(name: str, arguments: dict[str, A
     assert middle.journal[-1]["rule"] == expected
 
 
+@pytest.mark.parametrize(
+    ("params", "refused"),
+    [
+        ({"name": "brake", "arguments": {}}, "base.stop"),
+        ({"name": "drive", "arguments": MOVE}, "base.move"),
+        ({"name": "drive", "arguments": {"command": "halt"}}, "drive"),
+        ({"name": "release", "arguments": {}}, "release"),
+        ({"name": "get_state"}, "get_state"),
+        ({"name": ["brake"], "arguments": 3}, "tools/call"),
+    ],
+)
+def test_a_call_without_an_id_does_not_reach_the_server(params: dict[str, Any], refused: str) -> None:
+    middle = Middle().ready()
+    middle.client({"method": "tools/call", "params": params})
+    assert not middle.server_got() and not middle.client_got()
+    assert middle.complaints == ["a message of the client was dropped: 'tools/call' without an id"]
+    assert middle.journal[-1] == {
+        "refused": refused,
+        "rule": "unreadable",
+        "because": "it has no id, so it cannot be answered",
+    }
+    middle.call(1, "brake")
+    assert [call["params"]["name"] for call in middle.server_got()] == ["brake"]
+
+
+def test_what_wants_an_answer_and_has_no_id_is_dropped() -> None:
+    middle = Middle().ready()
+    decided = list(middle.journal)
+    for method in ("resources/read", "tasks/result", "tools/call/", "Tools/Call", "initialize"):
+        middle.client({"method": method, "params": {"name": "brake", "arguments": {}}})
+    assert not middle.server_got() and not middle.client_got() and middle.journal == decided
+    assert len(middle.complaints) == 5
+    middle.client({"method": "notifications/roots/list_changed"})
+    assert [each["method"] for each in middle.server_got()] == ["notifications/roots/list_changed"]
+
+
+def test_a_notification_with_an_id_is_refused() -> None:
+    middle = Middle().ready()
+    middle.call("g", "grip", {"force": 1})
+    (call,) = middle.server_got()
+    middle.client({"id": 4, "method": "notifications/cancelled", "params": {"requestId": call["id"]}})
+    (answer,) = middle.client_got()
+    assert (answer["id"], answer["error"]["code"]) == (4, -32600) and not middle.server_got()
+
+
 def test_a_call_as_a_task_is_refused() -> None:
     middle = Middle().ready()
     middle.call(1, "brake", {}, task={"ttl": 60000})

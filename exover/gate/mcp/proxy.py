@@ -40,6 +40,8 @@ MAX_OPEN = 1000
 """The most requests of the client that may be open at once."""
 NEEDED = ("initialize", "ping", "server/discover", "tools/list")
 """Methods that always pass, since without them no client finds a tool."""
+NOTIFICATIONS = "notifications/"
+"""How the methods of notifications begin; every other one is that of a request."""
 
 
 @dataclass(slots=True)
@@ -173,6 +175,8 @@ class McpProxy:
             self._answer(lines.error(message.id, lines.INVALID_REQUEST, f"{MAX_OPEN} requests are not answered yet"))
         elif message.method == "tools/call":
             self._tool_call(message)
+        elif message.method.startswith(NOTIFICATIONS):
+            self._answer(lines.error(message.id, lines.INVALID_REQUEST, "this method is a notification: send no id"))
         elif self.gate.binding.gate.methods == "deny" and message.method not in NEEDED:
             self._answer(lines.error(message.id, lines.METHOD_NOT_FOUND, "the gate does not pass this method"))
         else:
@@ -220,12 +224,26 @@ class McpProxy:
             self.gate.call(call, bound.request, args)
 
     def _notice(self, message: Message) -> None:
+        if not message.method.startswith(NOTIFICATIONS):
+            self._unanswerable(message)
+            return
         if message.method == "notifications/cancelled":
             self._cancelled(message)
             return
         if message.method == "notifications/initialized":
             self._ready = True
         self._server.send(message.body)
+
+    def _unanswerable(self, message: Message) -> None:
+        """Drop a request without an id, which the server may carry out though nobody can be told of a refusal."""
+        self.tell(f"a message of the client was dropped: {message.method!r:.60} without an id")
+        if message.method == "tools/call":
+            name, arguments = message.params.get("name"), message.params.get("arguments")
+            outer = name if isinstance(name, str) else message.method
+            bound = next((each for each in self.gate.binding.called("tool", outer) if each.meant(arguments)), None)
+            call = CallId(self.name, next(self._numbers))
+            text = "it has no id, so it cannot be answered"
+            self.gate.refuse(call, bound.request if bound else outer, "unreadable", text)
 
     def _cancelled(self, message: Message) -> None:
         """Cancel an open request of the client; an id that is not open is ignored."""
