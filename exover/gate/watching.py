@@ -33,24 +33,20 @@ class Watching:
 
     # ---- time ----
 
-    @property
-    def due(self) -> float:
-        """The next time at which a watch has to be called or becomes blind; infinite if there is none."""
+    def due(self, ready: bool) -> float:
+        """Return when a watch is stale next or, if `ready`, has to be called; infinite if never."""
         stale = (self._shown[watch.name] + watch.stale for watch in self._watches() if watch.name not in self._blind)
-        return min((*self._due.values(), *stale), default=math.inf)
+        return min((*(self._due.values() if ready else ()), *stale), default=math.inf)
 
     def tick(self, ready: bool) -> None:
-        """Call the watches that are due and tell which are blind; unless `ready`, only put off all times."""
+        """Tell which watches are blind and, if `ready`, call those that are due."""
         now = self._clock()
         for watch in self._watches():
             if ready and self._due[watch.name] <= now:
                 self._rounds[watch.name] += 1
                 self._due[watch.name] = now + watch.stale
                 self._call(watch)
-            if not ready:
-                self._shown[watch.name] = now
-                self._due[watch.name] = max(self._due[watch.name], now + watch.every)
-            elif self._shown[watch.name] + watch.stale <= now and watch.name not in self._blind:
+            if self._shown[watch.name] + watch.stale <= now and watch.name not in self._blind:
                 self._lose(watch, f"no answer for {watch.stale:g} s")
 
     def _watches(self) -> tuple[Watch, ...]:

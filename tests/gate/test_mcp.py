@@ -100,6 +100,29 @@ def test_a_watch_that_is_silent_reads_the_worst() -> None:
     assert middle.journal[-2]["event"] == {"observe": "base.speed", "value": 0}
 
 
+@pytest.mark.parametrize("begin", [(), ("initialize",)])
+def test_a_client_that_does_not_begin_its_session_switches_no_poster_off(begin: tuple[str, ...]) -> None:
+    bind = BIND.replace('start = "idle"', 'start = "idle"\nclient-death = "leave"').replace("started = true\n", "")
+    bind = bind[: bind.index('[request."base.move".report]')] + bind[bind.index('[request."base.stop"]') :]
+    middle = Middle(bind)
+    for method in begin:
+        middle.client({"id": "i", "method": method, "params": {}})
+        middle.answer(middle.server_got()[0], {})
+        middle.client_got()
+    assert middle.gate.state.started and middle.proxy.due == 2.0
+    middle.call(1, "grip", {"force": 1})
+    assert rule(middle.client_got()[0]) == "starting" and middle.journal[-1]["rule"] == "starting"
+    middle.now = 2.0
+    middle.proxy.tick()
+    assert middle.alarms() == ["blind"]
+    assert middle.journal[-1]["actions"] == [{"invalid": "out-of-range", "detail": "taken as 2.0"}]
+    middle.call(2, "grip", {"force": 1})
+    assert rule(middle.client_got()[0]) == "starting" and not middle.server_got()
+    middle.ready()
+    middle.call(3, "grip", {"force": 1})
+    assert [call["params"]["name"] for call in middle.server_got()] == ["grip"] and middle.alarms() == ["blind"]
+
+
 def test_two_calls_of_one_id_do_not_mix() -> None:
     middle = Middle().ready()
     middle.call(1, "grip", {"force": 1})

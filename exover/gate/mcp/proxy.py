@@ -65,6 +65,7 @@ class McpProxy:
     _carries: dict[SlotId, int] = field(default_factory=dict)
     """The number of the open request to the server that carries out a slot."""
     _ready: bool = False
+    """Whether the client has begun its session, before which the server answers no call of a tool."""
     _cancels: dict[str, PreparedCall] = field(default_factory=dict)
     """The call that stops a request, by request."""
     _polls: dict[str, PreparedCall] = field(default_factory=dict)
@@ -138,7 +139,7 @@ class McpProxy:
     @property
     def due(self) -> float:
         """The next time at which `tick` has something to do; infinite if there is none."""
-        watch = self._watching.due if self._ready and self._server.alive else math.inf
+        watch = self._watching.due(self._ready and self._server.alive)
         due = self.gate.state.due
         return min(watch, math.inf if due is None else due)
 
@@ -213,6 +214,9 @@ class McpProxy:
             self.gate.refuse(call, name, "unbound", text)
 
     def _ask(self, call: CallId, bound: RequestBinding, params: Json, arguments: Json) -> None:
+        if self._polls and not self._ready:
+            self.gate.refuse(call, bound.request, "starting", "the client has not sent notifications/initialized yet")
+            return
         if "task" in params:
             self.gate.refuse(call, bound.request, "unreadable", "call it without a task")
             return

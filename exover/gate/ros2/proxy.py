@@ -138,7 +138,7 @@ class Ros2Proxy:
         """The next time at which `tick` has something to do; infinite if there is none."""
         due = self.gate.state.due
         units = (unit.due for unit in self._units)
-        return min(self._watching.due, math.inf if due is None else due, *units, math.inf)
+        return min(self._watching.due(True), math.inf if due is None else due, *units, math.inf)
 
     @property
     def stopping(self) -> bool:
