@@ -13,6 +13,7 @@ from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, 
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
+from exover.gate.ros2.names import absolute
 from exover.model.event import Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json
@@ -128,8 +129,8 @@ class Bag:
         for name in sorted(self._lacking):
             yield f"it has no results of {name}: its ends are taken as failed"
         for watch in self._binding.watches:
-            if watch.kind == "topic" and watch.source not in self._topics:
-                yield f"it has no topic {watch.source}: the posters read there stay as they are"
+            if watch.kind == "topic" and absolute(watch.source) not in self._topics:
+                yield f"it has no topic {absolute(watch.source)}: the posters read there stay as they are"
                 for bound in self._binding.watched_by(watch.name):
                     yield f"it has no ends of {bound.request}: a response is taken as one"
 
@@ -138,7 +139,8 @@ class Bag:
     def _bind(self) -> None:
         for bound in self._binding.requests:
             if bound.kind != "tool":
-                name = next((name for name in (bound.inner, bound.outer) if self._has(name, bound.kind)), bound.inner)
+                inner, outer = absolute(bound.inner), absolute(bound.outer)
+                name = next((name for name in (inner, outer) if self._has(name, bound.kind)), inner)
                 known = self._known.setdefault(name, _Known(()))
                 known.bounds = (*known.bounds, bound)
         for name, known in self._known.items():
@@ -150,10 +152,10 @@ class Bag:
         for watch in self._binding.watches:
             posters = [each for each in self._binding.posters if each.watch == watch.name]
             if watch.kind == "topic" and posters:
-                self._on(watch.source, self._readings([(each.poster, each.field) for each in posters]))
+                self._on(absolute(watch.source), self._readings([(each.poster, each.field) for each in posters]))
             ended = self._binding.watched_by(watch.name)
             if watch.kind == "topic" and ended:
-                self._on(watch.source, self._ends(ended))
+                self._on(absolute(watch.source), self._ends(ended))
 
     def _has(self, name: str, kind: str) -> bool:
         ends = (STATUS, GOALS) if kind == "action" else (CALLS,)
@@ -308,7 +310,7 @@ class Bag:
         return read
 
     def _is_watched(self, bound: RequestBinding) -> bool:
-        sources = {each.source for each in self._binding.watches if each.name == bound.report.watch}
+        sources = {absolute(each.source) for each in self._binding.watches if each.name == bound.report.watch}
         return bound.started and bool(sources & self._topics)
 
     def _calls(self, known: _Known) -> Reader:

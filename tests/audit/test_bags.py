@@ -214,6 +214,20 @@ def test_a_service_that_has_only_started_ends_where_its_watch_shows_it(tmp_path:
     ]
 
 
+def test_names_in_a_binding_may_leave_out_the_slash_at_the_head(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(9)
+        bag.goal(1, 9.0)
+        bag.accept(1)
+        bag.status("/lift")
+        bag.park(1)
+        bag.parked(1, True)
+    model, binding = bound(BINDING.replace('= "/', '= "'))
+    found = MissionAuditor(Job(model, build(model).tables, binding=binding)).audit(str(tmp_path / "bag"), "bag")
+    assert found.figures.asks == {("hoist.lift", "reject"): 1, ("slew.park", "launch"): 1}
+    assert found.notes == ("it has no topic of the action /turn", "it has no topic of the service /rest")
+
+
 def test_readings(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag:
         bag.wind(3)
