@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from exover.cli.arguments import ENGINES
+from exover.cli.arguments import RUN_ENGINES
 from exover.explain.explain import explain
 from exover.model.event import Launched, Rejected, Waits
 from exover.model.model import Model
@@ -251,7 +251,7 @@ def test_what_is_told_of_a_run_names_launch_rules() -> None:
 
 
 @pytest.mark.parametrize("name", RUNS)
-@pytest.mark.parametrize("chosen", ENGINES)
+@pytest.mark.parametrize("chosen", RUN_ENGINES)
 def test_answers(chosen: str, name: str) -> None:
     if chosen == "rust" and which("rustc") is None:
         pytest.skip("rustc is not installed")

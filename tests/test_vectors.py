@@ -5,7 +5,7 @@ from shutil import which
 
 import pytest
 
-from exover.cli.arguments import ENGINES
+from exover.cli.arguments import RUN_ENGINES
 from exover.pipeline import engine
 from exover.run.simulate import simulate
 from tests.support.vectors import NAMES, lines, model_of, without_details
@@ -13,11 +13,11 @@ from tests.support.vectors import NAMES, lines, model_of, without_details
 
 def test_the_vectors_are_there() -> None:
     assert len(NAMES) == 10
-    assert ENGINES == ("reference", "tables", "c", "rust")
+    assert RUN_ENGINES == ("reference", "tables", "c", "rust")
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("chosen", ENGINES)
+@pytest.mark.parametrize("chosen", RUN_ENGINES)
 def test_answers(chosen: str, name: str) -> None:
     if chosen == "rust" and which("rustc") is None:
         pytest.skip("rustc is not installed")
