@@ -22,6 +22,7 @@ from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
 from exover.cli.live import Live
+from exover.cli.overwriting import outputs_of, refuse_overwriting
 from exover.cli.policy import asked_by, configured, read_policy
 from exover.cli.report_cache import ReportEntry, entry, remember
 from exover.cli.several import Examine, Examined, examine_all
@@ -34,7 +35,7 @@ from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check, unanswered
-from exover.places import files_of, named_after
+from exover.places import named_after
 from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import ReportFormat, joined
@@ -249,27 +250,17 @@ def _certify(
     return ExitStatus.OK
 
 
-def _read_for(spec: str) -> set[str]:
-    """Return the real paths of a spec and of its parts; of a spec that cannot be read, its own alone."""
-    try:
-        return files_of(spec)
-    except OSError:
-        return {os.path.realpath(spec)}
-
-
 def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
-    """Raise `CliError` if an output is an input or is named twice, or an option or format does not fit the specs."""
-    outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
-    outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
+    """Raise `CliError` if an output is read or is named twice, or an option or format does not fit the specs."""
+    if arguments.watched:  # files have changed since the command began
+        refuse_overwriting(arguments)
+    outputs = [
+        file for file in outputs_of(arguments) if os.path.isfile(file) or not os.path.exists(file)
+    ]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
-    specs = {file for spec in named.files for file in _read_for(spec)}
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:
             raise CliError(f"two reports cannot be written to {file}")
-        if files[number] in specs:
-            raise CliError(f"a report cannot be written over the spec {file}")
-        if arguments.properties and files[number] == os.path.realpath(arguments.properties):
-            raise CliError(f"a report cannot be written over the properties {file}")
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
             raise CliError(f"--{option} is for one spec: name one file, once, and no folder")

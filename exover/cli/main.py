@@ -19,11 +19,8 @@ from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.raised import is_raised
 
-READ = (
-    *("spec", "old", "new", "files", "box", "finding", "missions"),
-    *("properties", "old_properties", "events", "audit", "bind", "after"),
-)
-"""The arguments and options that name one or several files to read."""
+OUTPUTS = ("out", "log", "events", "output", "certificate")
+"""The options that may name files to write."""
 OBJECTS = 100_000
 """The threshold of the garbage collector, in objects: trees and models are many objects without cycles."""
 
@@ -43,18 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _refuse_overwriting(arguments: argparse.Namespace) -> None:
     """Raise `CliError` if an output of the command is a file that it reads."""
-    named = vars(arguments)
-    written = [each for each in ("out", "log", "events" if arguments.verb == "replay" else "") if named.get(each)]
-    for output in written:
-        for name in (each for each in READ if each != output):
-            for path in named[name] if isinstance(named.get(name), list) else [named.get(name)]:
-                if isinstance(path, str) and os.path.isfile(path) and _is_same(path, named[output]):
-                    raise CliError(f"{named[output]} cannot be written over: the command reads it")
-
-
-def _is_same(path: str, other: str) -> bool:
-    """Return whether two paths lead to one file."""
-    return os.path.exists(other) and os.path.samefile(path, other)
+    if any(getattr(arguments, name, None) for name in OUTPUTS):  # what looks for files is loaded for these alone
+        import_module("exover.cli.overwriting").refuse_overwriting(arguments)
 
 
 class ExitGuard:

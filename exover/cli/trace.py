@@ -4,6 +4,7 @@ import argparse
 
 from exover.cli.files import read_spec, write_one
 from exover.cli.findings import chosen
+from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.rendering import picture
@@ -13,6 +14,8 @@ from exover.report.recorded import UnreadableReport, retell
 def run(arguments: argparse.Namespace) -> int:
     """Print or write the run of the chosen finding; `CliError` if the spec does not answer it as recorded."""
     recorded, spec = chosen(arguments)
+    if arguments.out is not None:
+        refuse_over(spec, arguments.out)
     try:
         story = retell(read_spec(spec), recorded)
     except UnreadableReport as reason:

@@ -66,7 +66,7 @@ def test_reports_are_the_same_bytes_for_any_number_of_jobs(run, spec, tmp_path):
         (["--output", "json="], "'json=' is no FORMAT=FILE"),
         (["--output", "yaml=a"], "'yaml=a' is no FORMAT=FILE with a format of text, json, sarif, junit, github"),
         (["--output", "json=a", "--output", "text=./a"], "two reports cannot be written to ./a"),
-        (["--output", "json=demo.exo"], "a report cannot be written over the spec demo.exo"),
+        (["--output", "json=demo.exo"], "demo.exo cannot be written over: the command reads it"),
         (["--output", "json=demo.exo/a"], "cannot write demo.exo"),
         (["--timeout", "0"], "'0' is no number of seconds above 0"),
         (["--timeout", "nan"], "'nan' is no number of seconds above 0"),

@@ -5,9 +5,12 @@ from pathlib import Path
 import pytest
 
 SPEC = "spec s; module m { request a(); request b(); } mutex m.a, m.b;"
+LOCKING = (Path(__file__).parents[2] / "specs" / "violations" / "lockout.exo").read_text()
 EVENTS = '{"ask": "m.a"}\n{"ask": "m.b"}\n'
 PROPERTIES = "for s; property apart: never (active(m.a) and active(m.b));"
 FILES = {"s.exo": SPEC, "t.exo": SPEC, "s.prop": PROPERTIES, "events.jsonl": EVENTS, "box.bin": "no box"}
+FILES |= {"exover.toml": "", "base.json": "{}", "p.exo": 'spec p; include "q.exo"; module m { request a(); }'}
+FILES |= {"q.exo": "part q;"}
 
 
 @pytest.mark.parametrize(
@@ -23,6 +26,15 @@ FILES = {"s.exo": SPEC, "t.exo": SPEC, "s.prop": PROPERTIES, "events.jsonl": EVE
         ("trace events.jsonl --out events.jsonl", "events.jsonl"),
         ("report s.exo --properties s.prop --out s.prop", "s.prop"),
         ("report s.exo --out s.exo", "s.exo"),
+        ("report s.exo --out s.prop", "s.prop"),
+        ("report s.exo --out exover.toml", "exover.toml"),
+        ("report s.exo --baseline base.json --out base.json", "base.json"),
+        ("report s.exo --config exover.toml --out exover.toml", "exover.toml"),
+        ("check s.exo --output json=exover.toml", "exover.toml"),
+        ("check s.exo t.exo --output json=exover.toml", "exover.toml"),
+        ("check s.exo --certificate s.prop", "s.prop"),
+        ("graph p.exo --out q.exo", "q.exo"),
+        ("audit s.exo . --out events.jsonl", "events.jsonl"),
         ("replay box.bin s.exo --events box.bin", "box.bin"),
         ("gate mcp s.exo --bind s.prop --log s.exo -- true", "s.exo"),
         ("gate mcp s.exo --bind s.prop --log s.prop -- true", "s.prop"),
@@ -43,3 +55,12 @@ def test_what_was_written_before_is_written_again(run, tmp_path: Path) -> None:
     for _ in range(2):
         done = run("graph", "s.exo", "--format", "dot", "--out", "s.dot", cwd=tmp_path)
         assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_spec_that_a_report_names_is_not_written_over(run, tmp_path: Path) -> None:
+    (tmp_path / "locking.exo").write_text(LOCKING)
+    (tmp_path / "r.json").write_text(run("check", "locking.exo", "--format", "json", cwd=tmp_path).stdout)
+    done = run("trace", "r.json", "--check", "lockout", "--out", "locking.exo", cwd=tmp_path)
+    told = "exover: error: locking.exo cannot be written over: the command reads it"
+    assert (done.returncode, done.stdout, done.stderr.splitlines()[-1]) == (2, "", told)
+    assert (tmp_path / "locking.exo").read_text() == LOCKING

@@ -174,7 +174,7 @@ def test_a_spec_that_is_wrong_keeps_no_other_from_being_checked(run, folder: Pat
     [
         (("--certificate", "a.cert"), "--certificate is for one spec: name one file, once"),
         (("--properties", "a.prop"), "--properties is for one spec: name one file, once"),
-        (("--output", "json=my specs/c.exo"), "a report cannot be written over the spec my specs/c.exo"),
+        (("--output", "json=my specs/c.exo"), "my specs/c.exo cannot be written over: the command reads it"),
     ],
 )
 def test_what_is_refused(run, folder: Path, options: tuple[str, ...], reason: str) -> None:
