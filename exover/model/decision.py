@@ -1,6 +1,6 @@
 """What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, assert_never
 
@@ -49,6 +49,10 @@ class Decision:
     dismissed: tuple[tuple[str, Reason], ...] = ()
 
 
+Objection = tuple[Literal["reject", "wait", "clear", "settle"], Reason]
+"""A verdict that is no launch, and the reason for it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Instance:
     """A rule (`slot` is None), or the copy for one slot of a rule that stands for each slot of a request."""
@@ -94,17 +98,19 @@ class Decisions:
             return Decision("reject", BUSY)
         cleared, demands = newcomer.cleared, self._demands(newcomer, request, args)
         kills = tuple((slot, reason) for slot, reason in cleared.items() if state.phase(slot) == "running")
-        for wanted in ("reject", "wait"):
-            for verdict, reason in demands:
-                if verdict == wanted:
-                    return Decision(wanted, reason)
-        if cleared:
-            return Decision("clear", next(iter(cleared.values())), kills)
-        for verdict, reason in demands:
-            if verdict == "settle":
-                return Decision("settle", reason)
+        for verdict, reason in _objections(cleared, demands):
+            return Decision(verdict, reason, kills if verdict == "clear" else ())
         dismissed = tuple((verdict.request, reason) for verdict, reason in demands if isinstance(verdict, Dismiss))
         return Decision("launch", dismissed=dismissed)
+
+    def objections(self, state: State, request: Request, args: Args) -> tuple[Objection, ...]:
+        """Return all that keeps the newcomer from a launch in this state: a verdict and its reason each, the decisive
+        one first; nothing iff it is launched, and only that it is busy if it is.
+        """
+        newcomer = self.newcomer(state, request, args)
+        if newcomer is None:
+            return (("reject", BUSY),)
+        return tuple(_objections(newcomer.cleared, self._demands(newcomer, request, args)))
 
     def newcomer(self, state: State, request: Request, args: Args) -> NewcomerStates | None:
         """Return the newcomer `request(args)` as it would be launched in this state; None iff the request is busy."""
@@ -282,6 +288,16 @@ class Dismiss:
     """The demand that what is in this request's waiting place is rejected if the newcomer is launched."""
 
     request: str
+
+
+def _objections(cleared: Mapping[SlotId, Reason], demands: "list[tuple[str | Dismiss, Reason]]") -> Iterator[Objection]:
+    """Yield what keeps a newcomer from a launch, the decisive first: demands to reject, demands to wait, what is to be
+    cleared, demands to settle.
+    """
+    yield from (("reject", reason) for verdict, reason in demands if verdict == "reject")
+    yield from (("wait", reason) for verdict, reason in demands if verdict == "wait")
+    yield from (("clear", reason) for reason in cleared.values())
+    yield from (("settle", reason) for verdict, reason in demands if verdict == "settle")
 
 
 def verdict_without_kill(remedies: tuple[Remedy, ...]) -> Literal["reject", "wait"]:

@@ -1,6 +1,6 @@
 """Details of findings whose run ends where a request waits or is refused: the rules that hold it up."""
 
-from itertools import islice, takewhile
+from itertools import islice
 
 from exover.checks.causes.blocking import Blocked, Forbidden
 from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, forbid_text, never_launched
@@ -13,6 +13,9 @@ LINKS = 4
 """The greatest number of links of a chain of causes in a message."""
 MENDED, LATER = "once all else is mended, ", "in a later state "
 """Words for a cause that is found only in a state which random runs reach from the end of the run."""
+
+BESIDES = "among others, "
+"""Words for a cause beside others that decide first and can be mended."""
 
 
 def of_obligation(broken: BrokenFinding) -> str:
@@ -42,9 +45,8 @@ def held_up(broken: BrokenFinding, state: State, name: str) -> list[str]:
     found = broken.obstacles.blocked(state, name)
     if found is None:
         return []
-    links = broken.obstacles.chain(state, name)
-    told = [next(links), *takewhile(lambda each: isinstance(each[1], Launch), links)]
-    return [_link(broken, there, each) for there, each in told] + _elsewhere(broken, found)
+    told: list[Blocked | Launch] = [found, *broken.obstacles.requiring(state, found)]
+    return [_link(broken, state, each) for each in told] + _elsewhere(broken, found)
 
 
 def _elsewhere(broken: BrokenFinding, last: Blocked) -> list[str]:
@@ -104,13 +106,16 @@ def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launc
     by = reason_text(broken.model, state, link)
     if so != LATER and broken.end is not None and by != reason_text(broken.model, broken.end, link):
         by = reason_text(broken.model, state, link, LATER.strip())
+    by = f"{'first ' * (link.rank == 'first')}by {by}"
     if link.waits and broken.end is not None and broken.end.places[link.request.name]:
-        return f"{so}`{link.request.name}` waits by {by}"
-    return f"{so}{asked} is {'refused' if link.refused else 'kept waiting'} by {by}"
+        return f"{so}`{link.request.name}` waits {by}"
+    return f"{so}{asked} is {'refused' if link.refused else 'kept waiting'} {by}"
 
 
 def _so(broken: BrokenFinding, state: State, link: Blocked | Forbidden) -> str:
-    """Return the words that introduce a cause found in `state`: none if it is also one at the end of the run."""
+    """Return the words that introduce a cause found in `state`: none if it decides at the end of the run, too."""
+    if isinstance(link, Blocked) and link.rank == "besides":
+        return BESIDES
     if broken.end is None or state is broken.end or broken.obstacles.is_so(link, broken.end):
         return ""
     return MENDED if isinstance(link, Blocked) and broken.obstacles.is_alone(link, state) else LATER

@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from functools import partial
 from random import Random
+from typing import Literal
 
 from exover.checks.causes.near_events import arguments, least_arguments, onward
 from exover.checks.causes.shadowing import Tried, WithoutRules
+from exover.checks.causes.toward import toward
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
@@ -28,13 +30,21 @@ TRIED = 4
 """The number of random arguments of a request that are tried besides the least."""
 ENOUGH = 5
 """The number of states in which a rule is the only obstacle after which it is taken for the lasting one."""
+BUSIER = 100
+"""The number of obstacles for which it counts that all slots are taken: what else is in the way is not seen then."""
+
+
+Rank = Literal["decides", "first", "besides"]
+"""Of a reason: that it decides; that it decides first, but not for ever, and others would decide then; or that others
+decide first, but not for ever."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blocked:
     """A request that cannot start in a state with these arguments, and the reason.
 
-    `waits`: it is in its waiting place; `refused`: it is rejected, not made to wait.
+    `waits`: it is in its waiting place; `refused`: it is rejected, not made to wait. `rank`: whether the reason decides
+    and lasts, as far as it is known.
     """
 
     request: Request
@@ -42,6 +52,7 @@ class Blocked:
     reason: Reason
     waits: bool
     refused: bool
+    rank: Rank = "decides"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,24 +72,25 @@ class Obstacles:
     without: WithoutRules
     assumptions: Sequence[Assumption]
     is_late: Callable[[], bool] = lambda: False
-    _lasting: dict[tuple[object, str], State | None] = field(default_factory=dict)
+    _lasting: dict[tuple[object, str], tuple[State, Blocked | None]] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
-        """Return what keeps a request from a launch: with the waiting arguments if it waits, else with the least.
-
-        None if it would be launched, with some of the tried arguments if it does not wait.
+        """Return what keeps a request from a launch: with the waiting arguments if it waits, else with those that leave
+        the fewest obstacles of the tried ones, the first of these. None if it would be launched.
         """
+        return next(iter(self.objections(state, name)), None)
+
+    def objections(self, state: State, name: str) -> tuple[Blocked, ...]:
+        """Return all that keeps a request from a launch, with the arguments of `blocked`, the decisive one first."""
         request, place = self.reference.model.request[name], state.places[name]
         if place:
-            return self._decided(state, request, place.args, waits=True)
-        found = (self._decided(state, request, args, waits=False) for args in _tried(request))
-        first = next(found)
-        return None if first is None or None in found else first
+            return self._objections(state, request, place.args, waits=True)
+        return min((self._objections(state, request, args, waits=False) for args in _tried(request)), key=len)
 
     def launchable(self, state: State, name: str) -> list[Args]:
         """Return those of the tried arguments with which an ask of the request would be launched."""
         request = self.reference.model.request[name]
-        return [args for args in _tried(request) if self._decided(state, request, args, waits=False) is None]
+        return [args for args in _tried(request) if not self._objections(state, request, args, waits=False)]
 
     def refusal(self, state: State, launch: Launch) -> Blocked | None:
         """Return for what the last step refused a required launch; None if it did not."""
@@ -89,45 +101,69 @@ class Obstacles:
         texts = model.texts | {clause.resource: model.text(clause) for clause in reversed(request.consumptions)}
         return Blocked(request, launch.args, Reason(rule, texts.get(rule)), waits=False, refused=True)
 
-    def _decided(self, state: State, request: Request, args: Args, waits: bool) -> Blocked | None:
-        decision = self.reference.decide(state, request, args)
-        if decision.reason is None:
-            return None
-        return Blocked(request, args, decision.reason, waits, decision.verdict == "reject")
+    def _objections(self, state: State, request: Request, args: Args, waits: bool) -> tuple[Blocked, ...]:
+        found = self.reference.objections(state, request, args)
+        return tuple(Blocked(request, args, reason, waits, verdict == "reject") for verdict, reason in found)
 
-    def lasting(self, state: State, name: str) -> State | None:
-        """Return a state on random runs from `state` in which at most one rule is in the way of a launch.
-
-        The first state without any; else the first of the rule that is most often the only obstacle; None if there is
-        neither, or if it `is_late`.
+    def lasting(self, state: State, name: str) -> tuple[State, Blocked | None]:
+        """Return the rule that keeps a request from a launch from `state` on, as runs from there show it
+        (`_found_lasting`), and a state in which it does; once it `is_late`, the rule that decides in `state`.
         """
         key = state.key(), name
         if key not in self._lasting and not self.is_late():
             self._lasting[key] = self._found_lasting(state, name)
-        return self._lasting.get(key)
+        return self._lasting.get(key, (state, self.blocked(state, name)))
 
-    def _found_lasting(self, begun: State, name: str) -> State | None:
-        alone, first, seen = Counter[str](), dict[str, State](), set[object]()
-        model = self.reference.model
-        read = {each.name for guard in model.request[name].guards for each in reads(guard.condition)}
-        often = [each for each in model.requests if each.name in read]
-        for state in onward(self.reference, begun, self.assumptions, often):
-            key = state.key()
-            if key in seen:
+    def _found_lasting(self, begun: State, name: str) -> tuple[State, Blocked | None]:
+        """Return the first of these that runs from a state show, with a state in which it is so: that nothing is in the
+        way; the rule that is most often the only obstacle, of those that always are one if there are such; the first
+        obstacle that is always one; else what decides first. Where all slots are taken, only that is seen.
+        """
+        alone, first = Counter[str](), dict[str, tuple[State, Blocked]]()
+        there, at_first, steady = begun, self.objections(begun, name), set[Reason]()
+        for state, found in self._later(begun, name):
+            if not found:
+                return state, None
+            if found[0].reason == BUSY:
                 continue
-            seen.add(key)
-            found = self.blocked(state, name)
-            if found is None:
-                return state
-            if found.reason == BUSY:
-                continue
-            rule = found.reason.rule
-            if self.is_alone(found, state):
+            reasons = {each.reason for each in found}
+            if at_first[0].reason == BUSY:
+                there, at_first = state, found
+            steady = steady & reasons if steady or state is not there else reasons
+            rule = found[0].reason.rule
+            if all(each.rule == rule for each in reasons) and self.is_alone(found[0], state):
                 alone[rule] += 1
-                first.setdefault(rule, state)
+                first.setdefault(rule, (state, found[0]))
                 if alone[rule] >= ENOUGH:
                     break
-        return first[alone.most_common(1)[0][0]] if alone else None
+        if alone:
+            lasting = {each.rule for each in steady}
+            return first[max(alone, key=lambda rule: (rule in lasting, alone[rule]))]
+        if at_first[0].reason == BUSY or at_first[0].reason in steady:
+            return there, at_first[0]
+        last = next((each for each in at_first if each.reason in steady), None)
+        return there, replace(last, rank="besides") if last else replace(at_first[0], rank="first")
+
+    def _later(self, begun: State, name: str) -> Iterator[tuple[State, tuple[Blocked, ...]]]:
+        """Yield a state and different ones on runs from it, each with what keeps the request from a launch there."""
+        request, known = self.reference.model.request[name], dict[object, tuple[Blocked, ...]]()
+
+        def found(state: State) -> tuple[Blocked, ...]:
+            key = state.key()
+            if key not in known:
+                known[key] = self.objections(state, name)
+            return known[key]
+
+        def obstacles(state: State) -> int:
+            return len(found(state)) + BUSIER * (found(state)[0].reason == BUSY if found(state) else 0)
+
+        for state in toward(self.reference, begun, self.assumptions, request, obstacles):
+            yield state, found(state)
+        read = {each.name for guard in request.guards for each in reads(guard.condition)}
+        often = [each for each in self.reference.model.requests if each.name in read]
+        for state in onward(self.reference, begun, self.assumptions, often):
+            if state.key() not in known:
+                yield state, found(state)
 
     def forbidden(self, state: State, name: str) -> Forbidden | None:
         """Return the assumption that forbids the ask of a request that would be launched; None if with some of the
@@ -143,15 +179,14 @@ class Obstacles:
         return Tried(self.reference, self.assumptions, state, Ask(name, args))
 
     def stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
-        """Return the lasting obstacle of a launch, and a state in which it is one: what the request waits by, else the
-        rule that is the only obstacle (`lasting`), else the assumption; None if there is nothing.
+        """Return the lasting obstacle of a launch, and a state in which it is one: the rule that is (`lasting`), else
+        the assumption; None if there is nothing.
         """
-        now = self.blocked(state, name)
-        if now is not None and now.waits:
-            return state, now
-        later = self.lasting(state, name) or state
-        last = self.blocked(later, name) or self.forbidden(later, name)
-        return (later, last) if last is not None else (state, now)
+        if state.places[name] and len(waits_by := self.objections(state, name)) == 1:
+            return state, waits_by[0]
+        later, last = self.lasting(state, name)
+        forbidden = self.forbidden(later, name) if last is None else None
+        return (later, last or forbidden) if last or forbidden else (state, self.blocked(state, name))
 
     def chain(self, state: State, name: str) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
         """Yield the causes that keep a request from a launch, breadth first, each with a state in which it is one.
@@ -168,9 +203,7 @@ class Obstacles:
             if not isinstance(link, Blocked):
                 continue
             read = set(reason_reads(model, there, link.request, link.reason))
-            hinders = set(_hindering(model, link.request, link.reason))
-            again = [each for each in model.launches if each.request in hinders and each.name not in told]
-            again = [each for each in again if there.active([each.request]) and holds(model, there, each.condition)]
+            again = [each for each in self.requiring(there, link) if each.name not in told]
             for launch in again:
                 told.add(launch.name)
                 yield there, launch
@@ -187,14 +220,22 @@ class Obstacles:
             found.sort(key=lambda each: not (isinstance(each, Blocked) and each.waits))
             left += [(there, each.request.name) for each in found]
 
+    def requiring(self, state: State, link: Blocked) -> list[Launch]:
+        """Return the launch rules that require in a state what is active there and holds the request up."""
+        model = self.reference.model
+        hinders = set(_hindering(model, link.request, link.reason))
+        again = [each for each in model.launches if each.request in hinders and state.active([each.request])]
+        return [each for each in again if holds(model, state, each.condition)]
+
     def is_mended(self, link: Blocked, state: State) -> bool:
-        """Return whether in this state the decision on the request no longer has the reason of the link."""
-        return self.reference.decide(state, link.request, link.args).reason != link.reason
+        """Return whether in this state the reason of the link is none to keep the request from a launch."""
+        found = self.reference.objections(state, link.request, link.args)
+        return link.reason not in (reason for _, reason in found)
 
     def is_so(self, link: Blocked | Forbidden, state: State) -> bool:
         """Return whether the link is one in this state as well: blocked for this reason, or its launch forbidden."""
         if isinstance(link, Blocked):
-            return not self.is_mended(link, state)
+            return self.reference.decide(state, link.request, link.args).reason == link.reason
         step = self._asked(state, link.request.name, link.args)
         return step.launches(link.request.name) and link.assumption in step.forbids
 

@@ -1,6 +1,6 @@
 """Events with values near the constants of a model's conditions, and states that random runs of them reach."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from random import Random
 
 from exover.model.event import ENDINGS, Ask, Ending, Event, Observe, Report
@@ -16,12 +16,13 @@ WALKS, STEPS = 12, 10
 """The number of random runs from a state, and their steps."""
 
 
-def observations(model: Model) -> Iterator[Observe]:
-    """Yield observations of the posters that conditions of a model compare, with values around their constants, and of
-    each consumable at its capacity.
+def observations(model: Model, further: Iterable[Cond] = ()) -> Iterator[Observe]:
+    """Yield observations of the posters that rules and guards of a model, or `further` conditions, compare, with values
+    around their constants, and of each consumable at its capacity.
     """
     conditions = [rule.condition for rule in model.rules]
     conditions += [guard.condition for request in model.requests for guard in request.guards]
+    conditions += further
     found: dict[str, dict[Value, None]] = {}
     for condition in conditions:
         for name, value in _compared(condition):
@@ -77,7 +78,8 @@ def _any(kind: Type, random: Random) -> Value:
             return random.choice(values)
         case Real(_, high):
             lowest = float(least(kind))
-            return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest
+            found = random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest
+            return plain if contains(kind, plain := round(found, 1)) else found
 
 
 def onward(

@@ -381,6 +381,62 @@ def test_what_would_mend_it_and_cannot_be_is_told(engines: Engines) -> None:
     assert sing[2] == "`m.reset()` is refused by `m.reset.unplugged`, there plug.mated == false"
 
 
+OTHERS = """module other {
+    request a() { check x: p > 3; } request b() { fail y: when lit; } request c(x: int in 0 .. 9) { fail z: when dark; }
+    request d(); request e(); request f(); request g(); request h(); request i();
+}"""
+
+
+def test_a_guard_that_an_observation_mends_is_not_told_as_the_cause_of_a_lockout() -> None:
+    spec = f"""spec s; poster key: bool = false; poster people: int in 0 .. 20 = 0; poster dose: int in 0 .. 10000 = 1;
+poster lit: bool = true; poster dark: bool = true; poster p: int in 0 .. 9 = 0;
+module drawer {{
+    state pos: {{outside, middle, inside}} = outside;
+    request push() {{
+        check was: pos == outside; check c: door.pos == shut; on launch set pos = middle; on ok set pos = inside;
+    }}
+}}
+{OTHERS}
+module door {{
+    state pos: {{shut, moving, open}} = shut;
+    request unlock() {{
+        check k: key; check nobody: people == 0; check low: dose < 50; check d: drawer.pos == outside;
+        on launch set pos = moving; on ok set pos = open; fail rad: when dose > 50;
+    }}
+    request lock() {{ interrupts door.unlock; on ok set pos = shut; }}
+}}"""
+    said = found(spec, asked="lockout")["lockout", "door.unlock"].message
+    told = "once all else is mended, `door.unlock()` is refused by `door.unlock.d`, there drawer.pos == middle"
+    assert said.endswith(f"; {told}")
+
+
+def test_of_several_obstacles_one_is_told_that_no_run_mends() -> None:
+    spec = """spec s; poster key: bool = true;
+module m {
+    state x: bool = false; state y: bool = false;
+    request spoil() { on launch set x = true; on launch set y = true; }
+    request go() { check k: not key; check one: not x; check two: not y; }
+}"""
+    said = found(spec, asked="lockout")["lockout", "m.go"].message
+    assert said.endswith("; among others, `m.go()` is refused by `m.go.one`, there m.x == true")
+
+
+def test_a_rule_that_can_be_mended_is_told_only_as_the_one_that_decides_first() -> None:
+    spec = """spec s; poster p: int in 0 .. 2 = 0;
+module m { request go() { check a: p == 1; check b: p == 2; check c: p == 0; } }"""
+    said = found(spec, asked="lockout")["lockout", "m.go"].message
+    assert said.endswith("; `m.go()` is refused first by `m.go.a`, there p == 0")
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_of_a_lasso_it_is_told_by_what_its_request_waits_there_not_what_would_last(engines: Engines) -> None:
+    spec = "spec s; poster p: int in 0 .. 2 = 0; module m { state at: {a, b} = a;"
+    spec += "request go() { wait low: until p == 1; wait mid: until p == 2; check there: at == a; } }"
+    said = found(spec, engines=engines, asked="starvation")["starvation", "m.go"].message
+    by, read = said.rpartition("; `m.go` waits by ")[2].split(", there p == ")
+    assert by == ("`m.go.mid`" if read == "1" else "`m.go.low`")
+
+
 def test_an_idle_request_that_a_rule_names_would_mend_nothing() -> None:
     spec = """spec s; module m {
         state used: bool = false;
