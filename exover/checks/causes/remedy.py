@@ -1,6 +1,12 @@
 """Advice for a rule that a step breaks and no remedy restores: the kill that would have restored it."""
 
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status
+from exover.model.kleene import every, negated, some
 from exover.model.model import Kill, Model, Rule
+from exover.model.ranges import decided
 from exover.model.reads import rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -8,15 +14,57 @@ from exover.model.wording import remedy_text
 
 
 def advice(reference: Reference, state: State, name: str) -> str:
-    """Return, in words, the remedies that would restore the rule in a state in which it is broken."""
-    remedies = _rules(reference.model, name)[0].remedies
+    """Return, in words, the remedies that would restore the rule wherever it is broken; or if the form of its condition
+    shows none, those that would in this state, in which it is.
+    """
+    rules = _rules(reference.model, name)
+    requests, remedies = _killable(reference.model, name), rules[0].remedies
     known = {request for remedy in remedies if isinstance(remedy, Kill) for request in remedy.requests}
-    requests = _killable(reference.model, name)
+    if _ends(reference.model, rules, requests):
+        return f"write {_by(rules[0], _least(reference.model, rules, requests, known))}"
     for more in (*({request} for request in requests), set(requests)):
         killed = tuple(request for request in requests if request in known | more)
         if not _broken(reference, state.idle(state.running(killed)), name):
-            return f"write `by {' or '.join(map(remedy_text, (*remedies, Kill(killed))))}`"
+            return f"{_by(rules[0], killed)} would restore it there"
     return "no kill would: let its condition name `active(…)` of what can be ended, or take the rule out"
+
+
+def _by(rule: Rule, killed: Sequence[str]) -> str:
+    return f"`by {' or '.join(map(remedy_text, (*rule.remedies, Kill(tuple(killed)))))}`"
+
+
+def _least(model: Model, rules: Sequence[Rule], requests: Sequence[str], known: Collection[str]) -> Sequence[str]:
+    """Return what is left of the requests when those that need not end are taken out, the last first, none `known`."""
+    for each in reversed(requests):
+        others = [other for other in requests if other != each]
+        requests = others if each not in known and _ends(model, rules, others) else requests
+    return requests
+
+
+def _ends(model: Model, rules: Sequence[Rule], idle: Collection[str]) -> bool:
+    """Return whether the conditions of rules are false whatever else holds, given that these requests are idle."""
+    sharing = tuple(replace(each, shares=()) if each.name in idle else each for each in model.requests)
+    left = replace(model, requests=sharing)
+    return all(_truth(left, rule.condition, idle) is False for rule in rules)
+
+
+def _truth(model: Model, condition: Cond, idle: Collection[str]) -> bool | None:
+    match condition:
+        case Status("active" | "running" | "stopping", request) if request in idle:
+            return False
+        case Not(part):
+            return negated(_truth(model, part, idle))
+        case And(parts):
+            return every(_truth(model, part, idle) for part in parts)
+        case Or(parts):
+            return some(_truth(model, part, idle) for part in parts)
+        case Compare(operator, Count(requests), right):
+            counted = Count(tuple(each for each in requests if each not in idle))
+            return next((each.truth for each in decided(model, Compare(operator, counted, right))), None)
+        case Compare():
+            return next((each.truth for each in decided(model, condition)), None)
+        case _:
+            return None
 
 
 def _rules(model: Model, name: str) -> list[Rule]:

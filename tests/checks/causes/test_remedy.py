@@ -7,12 +7,22 @@ from tests.support.engines import model_of
 from tests.support.small import compiled
 
 WORLD = """spec s; poster p: bool = false; resource power: 9;
-module m { request a(x: int in 0 .. 3) { uses power 2; } request b(); request c() { uses power 2; } } """
+module m { request a(x: int in 0 .. 3) { uses power 2; } request b(); request c() { uses power 2; } }
+resource load: 3 by wait;
+module n { request up() { uses load 1; } request cue() { uses load 2; }
+request down() instances 2 { uses load 1; } } """
 ADVICE = [
     ("forbid f: p and active(m.a);", "write `by reject or kill m.a`"),
     ("forbid f: p and active(m.a) by wait;", "write `by wait or kill m.a`"),
     ("forbid f: p and (active(m.b) or active(m.a)) by kill m.b;", "write `by kill m.b or kill m.a, m.b`"),
     ("forbid f: p and used(power) > 2;", "write `by reject or kill m.a`"),
+    ("forbid f: p and used(power) > 1;", "write `by reject or kill m.a, m.c`"),
+    (
+        "forbid f: p and used(load) > 1 by kill n.up or wait;",
+        "write `by kill n.up or wait or kill n.up, n.cue, n.down`",
+    ),
+    ("forbid f: p and not active(m.b) and active(m.a with x > 2);", "write `by reject or kill m.a`"),
+    ("forbid f: p and (active(m.a) or past(m.b) and past(m.c));", "`by reject or kill m.a` would restore it there"),
     ("forbid f: p;", "no kill would: let its condition name `active(…)` of what can be ended, or take the rule out"),
 ]
 
@@ -25,6 +35,6 @@ def test_the_remedy_to_add_is_told_and_mends_the_rule(rule: str, advice: str) ->
 
     verdict, message = found(WORLD + rule)["completeness"]
     assert verdict == "violated" and message.endswith(f"; {advice}")
-    if "`by " in advice:
+    if advice.startswith("write"):
         mended = rule.partition(" by ")[0].rstrip(";") + f" {advice.split('`')[1]};"
         assert found(WORLD + mended)["completeness"][0] == "holds"
