@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from exover.checks.causes.blocking import Blocked, reason_reads
+from exover.model.decision import Decisions
 from exover.model.evaluate import NOTHING, Scope, applies, bind, value_of
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
@@ -24,8 +25,8 @@ def asked_text(request: Request, args: Args) -> str:
 def reason_text(model: Model, state: State, link: Blocked, where: str = "there") -> str:
     """Return the rule that blocks a request, its `because`, and the values in the state that explain it.
 
-    Of a guard these are all values that it reads, of a rule the active requests with the arguments that are read, of a
-    consumable its level.
+    Of a guard these are all values that it reads, of a rule the active requests with the arguments that are read, and
+    values with those that the launch would give them, of a consumable its level.
     """
     request, reason = link.request, link.reason
     because = f" ({reason.because})" if reason.because else ""
@@ -37,7 +38,8 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     asked = dict.fromkeys(term.name for guard in guards for term in operands(guard) if isinstance(term, Param))
     given = [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
-    told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]))
+    launched = Decisions(model).launching(state, request, link.args, 0) if rules else None
+    told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]), launched)
     return ", ".join([f"`{reason.rule}`{because}{more}", *told])
 
 
@@ -90,18 +92,29 @@ def read_there(
     given: Sequence[str] = (),
     where: str = "there",
     asked: Mapping[Read, Sequence[str]] = MappingProxyType({}),
+    launched: State | None = None,
 ) -> list[str]:
     """Return `given` and the values of a state that are `read`, as at most one part of a sentence.
 
-    `asked`: maps reads to the arguments that are named with them.
+    `asked`: maps reads to the arguments that are named with them. `launched`: the state after the launch of a request,
+    of which values are named that are others.
     """
     told = list(given)
     for each in dict.fromkeys(read):
         found = _taken(state, each) if each in asked else []
         named = (_named(model.request[each.name], phase, values, asked[each]) for phase, values in found)
-        told += dict.fromkeys(named) if found else [_read_text(model, state, each)]
+        told += dict.fromkeys(named) if found else [_before(model, state, each, launched)]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"{where} {', '.join([*told[:MOST], *more])}"] if told else []
+
+
+def _before(model: Model, state: State, read: Read, launched: State | None) -> str:
+    """Return a value, with the one after a launch if that is another and the launch sets it."""
+    said = _read_text(model, state, read)
+    if launched is None or read.kind not in ("reading", "level", "past"):
+        return said
+    then = _read_text(model, launched, read)
+    return said if then == said else f"{said} (once it is launched: {then})"
 
 
 def _taken(state: State, read: Read) -> list[tuple[str, Args]]:

@@ -410,6 +410,26 @@ module door {{
     assert said.endswith(f"; {told}")
 
 
+def test_a_value_that_the_launch_would_set_is_told_with_what_it_sets() -> None:
+    spec = """spec s; resource oil: 9 consumable by wait;
+module m {
+    state up: bool = false;
+    request lift() { on launch set up = true; } request lower() { on ok set up = false; } request drive() instances 2;
+    request open() { consumes oil 4; }
+}
+forbid moving: m.up and active(m.drive) by wait;
+forbid low: level(oil) < 8 and active(m.open) by wait;"""
+    findings = found(spec, asked="starvation")
+    said = findings["starvation", "m.lift"].message
+    told = said.partition("; ")[2]
+    assert (
+        told == "`m.lift` waits by `moving`, there active(m.drive), m.up == false (once it is launched: m.up == true)"
+    )
+    said = findings["starvation", "m.open"].message.partition("; `m.open` waits by `low`, there level(oil) == ")[2]
+    level, _, then = said.partition(" (once it is launched: level(oil) == ")
+    assert int(then.removesuffix(")")) == int(level) - 4
+
+
 def test_of_several_obstacles_one_is_told_that_no_run_mends() -> None:
     spec = """spec s; poster key: bool = true;
 module m {
