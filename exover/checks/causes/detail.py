@@ -15,7 +15,15 @@ from exover.checks.causes.blocked_detail import (
 from exover.checks.causes.blocking import Obstacles
 from exover.checks.causes.broken_finding import BrokenFinding, never_launched
 from exover.checks.causes.cause_wording import arguments_read, read_there
-from exover.checks.causes.property_detail import conditions, false_first, how_broken, owed, requests_named
+from exover.checks.causes.property_detail import (
+    conditions,
+    false_first,
+    given_up,
+    how_broken,
+    owed,
+    owed_since,
+    requests_named,
+)
 from exover.checks.causes.remedy import advice
 from exover.checks.causes.shadow_detail import of_reachability, of_redundancy, of_rule_use
 from exover.checks.causes.shadowing import RULES, WithoutRules, shadows
@@ -103,10 +111,11 @@ def _property(broken: BrokenFinding) -> str:
     for said in (VIOLATED, BROKEN[prop.form]):
         message = message.replace(said, how, 1)
     parts = [f'"{prop.text}": {message}' if prop.text else message]
-    if prop.form == "leads to":
-        parts += owed(broken.reference, prop, finding.trace)
+    since = owed_since(broken.reference, prop, finding.trace) if prop.form == "leads to" else None
+    parts += owed(since)
     if prop.form == "ltl":
         parts += false_first(broken.reference, prop.formula, finding.trace)
+    parts += given_up(finding.trace, since or 0)
     state = broken.end
     if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
         names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names)

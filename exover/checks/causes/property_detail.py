@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from exover.checks.questions.property import BROKEN
-from exover.model.event import Event
+from exover.model.event import Abort, AbortWaiting, Event
 from exover.model.expression import Cond, Status
 from exover.model.expression import atoms as condition_atoms
 from exover.model.property import (
@@ -27,6 +27,8 @@ from exover.model.wording import condition_text
 
 LONG = 60
 """The greatest length of a condition, in characters, that is written out in such a message."""
+ABORTS = 2
+"""The greatest number of aborts that a message names."""
 
 
 def how_broken(prop: Property, trace: Trace | None) -> str:
@@ -69,12 +71,14 @@ def false_first(reference: Reference, formula: Formula, trace: Trace | None) -> 
             return []
 
 
-def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]:
-    """Return, as at most one part of a sentence, the step from which on the conclusion is owed, if actions tell."""
+def owed_since(reference: Reference, prop: Property, trace: Trace | None) -> int | None:
+    """Return the number of steps after which the conclusion of `leads to` is owed and never comes; None if actions do
+    not tell.
+    """
     premise = prop.premise
     missed = next((each.part for each in subformulas(prop.formula) if isinstance(each, SomeAlways)), None)
     if trace is None or premise is None or missed is None:
-        return []
+        return None
     moments: list[tuple[Event | None, Answers]] = [(None, ()), *((each.event, each.actions) for each in trace.moments)]
     since: int | None = None
     for number, ((event, actions), state) in enumerate(zip(moments, visited(reference, trace.events), strict=True)):
@@ -82,9 +86,31 @@ def owed(reference: Reference, prop: Property, trace: Trace | None) -> list[str]
             since = None
         elif since is None and is_true(reference.model, event, state, actions, premise):
             since = number
-    if since is None:
+    return since
+
+
+def owed(since: int | None) -> list[str]:
+    """Return, as at most one part of a sentence, the step from which on the conclusion is owed."""
+    return [] if since is None else [f"the premise is true {f'after step {since}' if since else 'at the start'}"]
+
+
+def given_up(trace: Trace | None, since: int) -> list[str]:
+    """Return, as parts of a sentence, the first waits and slots that a lasso ends by an abort after a number of steps.
+
+    Each step of a lasso is needed, so an abort has its share in that what must come never does.
+    """
+    if trace is None or trace.loop_start is None:
         return []
-    return [f"the premise is true {f'after step {since}' if since else 'at the start'}"]
+    told: dict[str, int] = {}
+    for number, event in enumerate(trace.events[since:], since + 1):
+        match event:
+            case AbortWaiting(request):
+                told.setdefault(f"the wait of `{request}` is given up", number)
+            case Abort(request):
+                told.setdefault(f"`{request}` is ended", number)
+            case _:
+                pass
+    return [f"{what} by the abort in step {number}" for what, number in list(told.items())[:ABORTS]]
 
 
 def requests_named(formula: Formula) -> tuple[list[str], list[str]]:

@@ -85,6 +85,22 @@ def test_of_a_lasso_it_is_told_by_what_its_requests_wait_and_what_asks_again(eng
     assert held == ["`m.a` waits by `still`, there active(m.halt)", "launch rule `brake` requires `m.halt` there"]
 
 
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_an_abort_that_gives_up_what_must_come_is_told(engines: Engines) -> None:
+    spec = "spec s; module m { request moor(); request take() { interrupts m.moor; } request rest(); }"
+    findings = found(
+        spec,
+        """for s; assume fair reports; property taken: always (waiting(m.take) leads to active(m.take));
+property rests: always (running(m.rest) leads to last(m.rest) == ok);""",
+        engines,
+    )
+    said = findings["property", "taken"].message.split("; ")
+    since = int(said[1].removeprefix("the premise is true after step "))
+    assert said[2].startswith("the wait of `m.take` is given up by the abort in step ")
+    assert int(said[2].rpartition(" ")[2]) > since
+    assert "abort" not in findings["property", "rests"].message
+
+
 FORMS = [
     ("past(m.cool) precedes active(m.lift)", "a run comes to `active(m.lift)` before `past(m.cool)`; there "),
     (
