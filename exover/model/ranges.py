@@ -29,6 +29,7 @@ from exover.model.expression import (
     leaves,
 )
 from exover.model.model import Model, Parameter, Request, SetState
+from exover.model.shares import most_held
 from exover.model.types import Int, Real, Type
 from exover.model.wording import condition_text, term_text, value_text
 
@@ -149,8 +150,7 @@ def _span(model: Model, leaf: ModelTerm, own: Types, outer: Types) -> tuple[Numb
         case Level(name):
             return 0, model.resource[name].capacity
         case Used(name):
-            found = ((each, share) for each in model.requests for share in each.shares)
-            return 0, sum(_slots(each) * share.amount for each, share in found if share.resource == name)
+            return 0, sum(_slots(each) * most_held(model, each, name) for each in model.requests)
         case Count(names):
             return 0, sum(_slots(model.request[each]) for each in names)
         case Param(name):
