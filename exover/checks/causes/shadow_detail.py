@@ -35,6 +35,11 @@ def _unnamed(broken: BrokenFinding) -> str:
     causes += never_launched(broken, _settled_by(broken, name))
     if shadowing.rules:
         causes.append(f"where {one} would, {decide_text(shadowing.rules)}")
+    if shadowing.in_turn:
+        first, *others = shadowing.in_turn
+        causes.append(
+            ", ".join([f"where {one} would, {decide_text([first])}", *(f"and without it `{e}`" for e in others)])
+        )
     if shadowing.unassumed and not causes:
         causes.append(f"without the assumptions, {listed(shadowing.unassumed)} would decide in its place")
     if stands == "idle" and not causes:

@@ -28,8 +28,10 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Answers, visited
 
-RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
-"""Limits: dead rules that are examined, states, asks of each request in each state, and sightings that are enough."""
+RULES, STATES, ASKS, ENOUGH, SEVERAL = 20, 40, 4, 12, 3
+"""Limits: dead rules that are examined, states, asks of each request in each state, sightings that are enough, and
+rules that decide in turn.
+"""
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,18 @@ class WithoutRules:
     """Reference interpreters of a model without one of its rules, each made when it is first needed."""
 
     model: Model
-    _made: dict[str, Reference] = field(default_factory=dict)
+    _made: dict[frozenset[str], Reference] = field(default_factory=dict)
 
     def __getitem__(self, rule: str) -> Reference:
         """Return the interpreter of the model without the rules, guards, consumptions and launches of this name."""
-        if rule not in self._made:
-            self._made[rule] = Reference(_cut(self.model, rule.__ne__))
-        return self._made[rule]
+        return self.all_of([rule])
+
+    def all_of(self, rules: Iterable[str]) -> Reference:
+        """Return the interpreter of the model without those of any of these names."""
+        names = frozenset(rules)
+        if names not in self._made:
+            self._made[names] = Reference(_cut(self.model, lambda name: name not in names))
+        return self._made[names]
 
     def launch(self, assumptions: Sequence[Assumption], state: State, ask: Ask, rule: str) -> "Tried | None":
         """Return the step of an ask without the rule if the request is launched then, else None."""
@@ -72,6 +79,7 @@ class Shadows:
         """
         alone = Reference(_cut(self.reference.model, name.__eq__))
         seen, beside, acts = Counter[str](), Counter[str](), list[Tried]()
+        joint = Counter[tuple[str, ...]]()
         asked = in_question(alone.model)
         requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
         for step in self._steps(alone.model, requests):
@@ -84,14 +92,31 @@ class Shadows:
                 again = roomy if other == BUSY.rule else replace(step, reference=self.without[other])
                 if name in _rules(again.actions) and (step.forbids or not again.forbids):
                     (beside if step.forbids else seen)[other] += 1
+            if not seen and not step.forbids and joint.total() < ENOUGH and (several := self._several(step, name)):
+                joint[several] += 1
             if seen.total() >= ENOUGH:
                 break
         if seen:
             return Shadowing(_by_count(seen))
+        if joint:
+            return Shadowing(in_turn=joint.most_common(1)[0][0])
         if not acts:
             return Shadowing(unassumed=_by_count(beside))
         acts += (step for step in self._further(requests) if step.forbids and name in _rules(step.actions))
         return Shadowing(forbids=_alone_forbid(acts))
+
+    def _several(self, step: "Tried", name: str) -> tuple[str, ...]:
+        """Return two to `SEVERAL` rules without which a rule acts in a step: each decides without those before it; none
+        if there are not so many, or a step without them is forbidden.
+        """
+        cut, again = list[str](), step
+        while len(cut) < SEVERAL and name not in _rules(again.actions):
+            other = next((each for each in _rules(again.actions) if each != BUSY.rule), None)
+            if other is None:
+                return ()
+            cut.append(other)
+            again = replace(step, reference=self.without.all_of(cut))
+        return tuple(cut) if len(cut) > 1 and name in _rules(again.actions) and not again.forbids else ()
 
     def instead_of(self, name: str) -> tuple[str, ...]:
         """Return the rules that decide in the place of a rule once it is taken out, the most frequent first."""
@@ -225,6 +250,8 @@ class Shadowing:
     alone: tuple[str, ...] = ()
     forbids: tuple[Assumption, ...] | None = None
     """The assumptions that forbid all seen steps in which it would happen; None if no such step was seen."""
+    in_turn: tuple[str, ...] = ()
+    """Two or more rules of which each decides first, without those before it; only if no single rule does."""
     unassumed: tuple[str, ...] = ()
     """Rules that would decide first in steps that assumptions forbid."""
 

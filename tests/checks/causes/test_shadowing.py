@@ -39,6 +39,21 @@ def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> Non
     assert message == f"it never acts: {causes}; correct it or take it out"
 
 
+def test_rules_of_which_each_is_enough_to_decide_first_are_all_named() -> None:
+    spec = """spec s; module g {
+    state pose: {stand, go} = stand;
+    request walk() {
+        on launch set pose = go; on ok set pose = stand; on failed set pose = stand; on interrupted set pose = stand;
+    }
+    request turn() { check upright: pose == stand; wait still: until not active(g.walk); }
+}
+mutex motion: g.walk, g.turn;"""
+    findings = check_all(compiled(model_of(spec)), lambda phase: None).findings
+    said = {each.subject: each.message for each in findings if each.check == "rule-use" and each.verdict == "violated"}
+    cause = "where it would, `g.turn.upright` decides, and without it `motion`"
+    assert said == {"g.turn.still": f"it never acts: {cause}; correct it or take it out"}
+
+
 SILENT = "no answer names it, but it decides without a word: it keeps what waits waiting; "
 KEEPS = """spec s; poster h: bool = false; launch go: m.b() when not waiting(m.a); module m { request a() { CLAUSE }
 request b() { interrupts m.a; } } forbid x1: active(m.a) and not h by wait;"""
