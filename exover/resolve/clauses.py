@@ -243,7 +243,11 @@ def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
     state = _state(draft, owner, clause.state)
     if state is None:
         return
-    known = replace(draft.names.constants, parameters=frozenset(owner.params))
+    readings: dict[str, str] = {
+        name: known.kind for name, known in draft.names.modules[owner.module].quantities.items()
+    }
+    readings |= dict.fromkeys(owner.results, "result") | dict.fromkeys(owner.params, "parameter")
+    known = replace(draft.names.constants, readings=readings)
     given = value(clause.value, state.type, known, draft.mistakes)
     if given is not None:
         draft.parts[owner.name].affect(clause.occasion, SetState(state.name, given))

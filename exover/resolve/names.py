@@ -155,6 +155,8 @@ def listed(names: SymbolTable, node: tree.Listed, mistakes: Mistakes) -> tuple[s
 def _meant(names: SymbolTable, name: str) -> str:
     """Return the advice on a name that is no group: it may be a module, or a request without its module."""
     declaring = (module for module, known in names.modules.items() if name in known.requests)
+    if name in ("reject", "wait", "kill"):
+        return f"remedies are joined by `or`: `by kill MODULE.REQUEST or {'wait' if name == 'wait' else 'reject'}`"
     full = [f"{name}.*"] if name in names.modules else [f"{module}.{name}" for module in declaring]
     return f"did you mean {quote(full[0])}?" if full else ""
 

@@ -6,7 +6,7 @@ from typing import Literal, get_args
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.expression import Cond, ModelTerm, Own, Param, Reading
-from exover.model.types import Type
+from exover.model.types import Int, Real, Type
 from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import QuantityName, Signature, SymbolTable, find_module
 from exover.resolve.types import few_values
@@ -182,7 +182,7 @@ class NameScope:
         module = self.names.modules[self.owner.module].quantities if self.owner else {}
         quantity = module.get(name) or self.names.quantities.get(name)
         if quantity:
-            self._no_reading(quantity.kind, name, span)
+            self._no_reading(subject, quantity, name, span)
             return None
         if self.is_define(name):
             message = f"define {quote(name)} cannot be used inside `with`"
@@ -194,9 +194,13 @@ class NameScope:
         """Return whether a define of this file, or in a properties file one of the spec, has this name."""
         return name in self.names.defines or name in self.meanings
 
-    def _no_reading(self, kind: str, name: str, span: Span) -> None:
-        message = f"{kind} {quote(name)} cannot be read inside `with`"
-        self.mistakes.add("E216", message, span, hint="join it with `and` behind the bracket")
+    def _no_reading(self, subject: Subject, quantity: QuantityName, name: str, span: Span) -> None:
+        message = f"{quantity.kind} {quote(name)} cannot be read inside `with`"
+        hint = "join it with `and` behind the bracket"
+        if any(_comparable(kind, quantity.type) for kind in subject.request.params.values()):
+            clause = f"in a clause of {quote(subject.request.name)}: `fail when CONDITION;`"
+            hint += f"; with a parameter it is compared {clause}"
+        self.mistakes.add("E216", message, span, hint=hint)
 
     def _constant(self, name: str, span: Span) -> Constant | None:
         constants = self.names.constants.consts
@@ -221,7 +225,7 @@ class NameScope:
             candidates = [known.name for known in found.quantities.values()]
             self.mistakes.unknown("E207", f"unknown poster or state {quote(full)}", full, span, lambda: candidates)
         elif self.subject:
-            self._no_reading(quantity.kind, full, span)
+            self._no_reading(self.subject, quantity, full, span)
         else:
             return self._quantity(quantity, span)
         return None
@@ -310,3 +314,8 @@ class NameScope:
             *self.meanings,
             *full,
         ]
+
+
+def _comparable(left: Type | None, right: Type | None) -> bool:
+    """Return whether two quantities of these types may be compared with each other in a `fail when`."""
+    return left is not None and (left == right or (isinstance(left, Int | Real) and type(left) is type(right)))

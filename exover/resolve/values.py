@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -45,14 +45,14 @@ Constant = Numeral | Symbol | bool
 class Constants:
     """The names of constants: the consts of the file (None: its mistake is noted) and all enum values.
 
-    `others` are the names of top-level posters, latches and defines, which are no constants; `parameters` are those of
-    the request whose clause is resolved. Both serve messages only.
+    `others` are the names of top-level posters, latches and defines, which are no constants; `readings` says what else
+    is read by a name in the clause that is resolved. Both serve messages only.
     """
 
     consts: Mapping[str, Constant | None]
     enum_values: frozenset[str]
     others: frozenset[str] = frozenset()
-    parameters: frozenset[str] = frozenset()
+    readings: Mapping[str, str] = field(default_factory=dict)
 
 
 def numeral(node: tree.Number) -> Numeral:
@@ -205,5 +205,7 @@ def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: M
             *(name for name, constant in known.consts.items() if _may_be(constant, kind, known)),
             *(("true", "false") if isinstance(kind, Bool) else ()),
         ],
-        f"{quote(symbol.name)} is a parameter; a value is written out here" if symbol.name in known.parameters else "",
+        f"{quote(symbol.name)} is a {known.readings[symbol.name]}; a value is written out here"
+        if symbol.name in known.readings
+        else "",
     )
