@@ -1,22 +1,39 @@
 """Messages of syntax errors: the expected tokens in words, and advice on the one that was found."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Span
 from exover.syntax.grammar import Start
 from exover.syntax.hints import (
-    LOGICS,
+    ALIKE,
+    DIFFERENT,
+    HEAD,
     RELATIONS,
-    TEMPORAL,
+    argument_hint,
     condition_hint,
+    head_hint,
     list_hint,
     part_hint,
+    range_hint,
+    remedy_hint,
     statement_hint,
     type_hint,
+    value_hint,
 )
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
+from exover.syntax.temporal import (
+    FORMS,
+    LOGICS,
+    STEPS,
+    TEMPORAL,
+    behind_leads,
+    form_hint,
+    leads_hint,
+    predicate_hint,
+    temporal_hint,
+)
 
 CLAUSES = frozenset(
     {"check", "wait", "settle", "fail", "after", "before", "interrupts", "uses", "consumes", "produces", "on"}
@@ -28,19 +45,17 @@ ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch"
 PROPERTY_ITEMS = frozenset({"property", "assume", "define"})
 
 _PREDICATES = frozenset({"active", "running", "stopping", "waiting", "past", "last", "used", "level"})
-_STEPS = frozenset({"asked", "launched", "rejected", "killed", "ended"})
 _TEMPORAL = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E"})
-_TERM = _PREDICATES | _STEPS | _TEMPORAL | {"true", "false", "self", "-", INT, NUMBER, NAME}
+_TERM = _PREDICATES | STEPS | _TEMPORAL | {"true", "false", "self", "-", INT, NUMBER, NAME}
 _OPERATORS = RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
 _FORMULA_OPERATORS = _OPERATORS | {"&", "|", "->", "<->", "U", "R", "W"}
-_FORMS = frozenset({"never", "always", "possible", "from", "ctl", "ltl"})
 
 _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] = (
     (frozenset({"enum", "mutex"}), ITEMS, ("a declaration", "a rule")),
     (PROPERTY_ITEMS, PROPERTY_ITEMS, ("a property", "an assumption", "a define")),
     (CLAUSES, CLAUSES, ("a clause",)),
     (MEMBERS, MEMBERS, ("a request", "a poster", "a state")),
-    (_FORMS, _FORMS | _TERM | {"not", "("}, ("a form of property",)),
+    (FORMS, FORMS | _TERM | {"not", "("}, ("a form of property",)),
     (frozenset({"!", "("}), _TERM | {"not", "!", "("}, ("a formula",)),
     (frozenset({"not", "("}), _TERM | {"not", "("}, ("a condition",)),
     (frozenset({"self", INT}), _TERM, ("a term",)),
@@ -91,11 +106,12 @@ _SYNOPSES = {
 """The full form of each statement, with all optional parts."""
 
 _OUTCOMES = frozenset({"ok", "failed", "interrupted"})
-_ENDINGS = frozenset({"reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"})
 _ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
 _PARENTHESES = "parentheses group conditions, not terms"
-_LEADS = "it reads `always (CONDITION leads to CONDITION)`"
 _TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
+
+Closed: TypeAlias = Literal["", "condition", "term"]
+"""What the bracket closes that stands before a token: a predicate or a condition, or a term; "" if it is not known."""
 
 _WORDS = {NAME: "a name", INT: "a whole number", STRING: "a string", END: "the end of the file"}
 
@@ -126,65 +142,132 @@ def found(token: Token) -> str:
 
 
 def advice(
-    token: Token, before: Token | None, expected: frozenset[str], keyword: str, following: Token | None = None
+    token: Token,
+    before: Token | None,
+    expected: frozenset[str],
+    keyword: str,
+    following: Token | None = None,
+    opened: tuple[str, ...] = (),
+    closed: Closed = "",
 ) -> str:
     """Return the help line for a token that is none of the ``expected``, in the statement that ``keyword`` begins.
 
-    ``before`` and ``following`` are its neighbours. The result is "" if there is no advice.
+    ``before`` and ``following`` are its neighbours, ``opened`` the tokens of the statement so far, "" for what is read,
+    ``closed`` what a bracket before it has closed. The result is "" if there is no advice.
     """
     if expected & {"enum", "check", "request", "assume"}:
         return _beginning(token, following, expected)
     if expected & {"and", "self"}:
-        return _in_condition(token, before, expected, following)
-    part = part_hint(token, before, expected) if before else ""
-    if part:
-        return part
-    if token.text == "leads":
-        return _LEADS
+        return _in_condition(token, before, expected, following, keyword, opened, closed)
+    hint = _in_part(token, before, following, expected, keyword, opened) if before else ""
+    if hint:
+        return hint
     hint = type_hint(before, token, expected) or list_hint(token, before, expected, keyword)
     near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
     return hint or near or (f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES else "")
+
+
+def _in_part(
+    token: Token,
+    before: Token,
+    following: Token | None,
+    expected: frozenset[str],
+    keyword: str,
+    opened: tuple[str, ...],
+) -> str:
+    """Return the advice on a token in a part of a statement that is no condition."""
+    return (
+        part_hint(token, before, expected)
+        or (leads_hint(keyword, opened) if token.text == "leads" else "")
+        or ("`leads to` is written in two words" if expected == {"to"} else "")
+        or behind_leads(before, opened, expected)
+        or form_hint(token, keyword, expected)
+        or remedy_hint(token, before, following, expected, keyword, opened)
+        or argument_hint(token, before, expected, keyword)
+        or head_hint(token, following, expected, keyword)
+        or value_hint(token, before, expected, keyword)
+        or range_hint(token, expected, keyword)
+    )
 
 
 def _beginning(token: Token, following: Token | None, expected: frozenset[str]) -> str:
     """Return the advice on a token where a statement may begin."""
     if token.text in ITEMS and "assume" in expected:
         return f"`{token.text}` stands in a spec"
+    called = following is not None and following.text == "("
+    if token.text in HEAD and not expected & {"enum", "assume"} and (called or token.text == "instances"):
+        return f"`{token.text}` stands in the head of a request, before its block"
     hint = statement_hint(token, following, expected)
     near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
     return _elsewhere(token.text) or hint or near
 
 
-def _in_condition(token: Token, before: Token | None, expected: frozenset[str], following: Token | None) -> str:
+def _in_condition(
+    token: Token,
+    before: Token | None,
+    expected: frozenset[str],
+    following: Token | None,
+    keyword: str,
+    opened: tuple[str, ...],
+    closed: Closed,
+) -> str:
     """Return the advice on a token where a term or an operator of a condition is expected."""
     text = token.text
-    hint = condition_hint(token, before, following, expected)
+    behind = before is not None and before.kind == NAME and bool(expected & {"and", "&"})
+    hint = temporal_hint(token, before.text, keyword, opened) if before is not None and behind else ""
+    hint = hint or _compared(token, following, expected, closed) or condition_hint(token, before, following, expected)
     if hint:
         return hint
     if text == "=" and "==" in expected:
         return "compare with `==`"
     if text == "(" and "self" in expected and "not" not in expected:
         return _PARENTHESES
-    if before is not None and before.text == ")" and text in RELATIONS:
-        told = following.text if following else ""
-        if told in _OUTCOMES:
-            return _ENDED
-        if told in ("true", "false"):
-            return f"a condition is compared with nothing: leave out `{text} {told}`, or write `not` before it"
     if text in RELATIONS | {"+", "-", "*"} and "and" in expected:
         return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
     if text == "leads" or (text == "lead" and "leads" not in expected):
-        return _LEADS
+        return leads_hint(keyword, opened)
     if text == "leads_to":
         return "write `leads to`, in two words"
     form = misspelt_form(before, expected)
-    if form:
-        return form
+    called = predicate_hint(before.text, keyword) if text == "(" and behind and before is not None else ""
+    if called or form:
+        return called or form or ""
+    hint = form_hint(token, keyword, expected)
+    if hint:
+        return hint
     if text == "(" and before is not None:
-        return _ENDED if before.text in _ENDINGS else did_you_mean(before.text, _PREDICATES | _STEPS)
+        return did_you_mean(before.text, _PREDICATES | STEPS) or (_called(keyword) if behind and form is None else "")
     if form is not None:
         return form
     return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
+
+
+def _called(keyword: str) -> str:
+    """Return the advice on a name before a `(` that is none of a predicate."""
+    steps = ", of steps `asked`, `launched`, `rejected`, `killed`, `ended`" if keyword in PROPERTY_ITEMS else ""
+    known = "`active`, `running`, `stopping`, `waiting`, `past`, `last`, `used`, `level`"
+    return f"no name has brackets but the predicates {known}{steps}"
+
+
+def _compared(token: Token, following: Token | None, expected: frozenset[str], closed: Closed) -> str:
+    """Return the advice on a comparison of conditions."""
+    text, told = token.text, following.text if following else ""
+    if text not in RELATIONS | {"+", "-", "<->"} or "and" not in expected or text + told == "->":
+        return ""
+    if closed and text in RELATIONS and told in _OUTCOMES:
+        return _ENDED
+    if closed and text in RELATIONS and told in ("true", "false"):
+        return f"a condition is compared with nothing: leave out `{text} {told}`, or write `not` before it"
+    right = told in _PREDICATES | STEPS or told == "not"
+    if closed == "term" or not (closed == "condition" or right):
+        return ""
+    if text in ("==", "<->") or (text, told) in (("<=", ">"), ("<", "-")):
+        if told.isdigit():
+            return "a condition is no number: write it alone, or `not` before it"
+        return "equivalence is `<->` in a formula" if "<->" in expected else ALIKE
+    if text == "!=":
+        return "in a formula it is `not (a <-> b)`" if "<->" in expected else DIFFERENT
+    return "a condition is no number: how many are active at once is limited by `limit at most NUMBER of REQUESTS;`"
 
 
 def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
@@ -198,7 +281,7 @@ def misspelt_form(before: Token | None, expected: frozenset[str]) -> str | None:
         return TEMPORAL
     if before.text in ("precedes", "until"):
         return f"`{before.text}` stands between two conditions: `CONDITION {before.text} CONDITION`"
-    return did_you_mean(before.text, _FORMS)
+    return did_you_mean(before.text, FORMS)
 
 
 def words(expected: Iterable[str]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from exover.syntax.lex import INT, NAME, SIGNS, STRING, Token
+from exover.syntax.lex import INT, NAME, NUMBER, SIGNS, STRING, Token
 
 _GOES = "a rule begins with `mutex`, `limit`, `forbid` or `launch`, then its name: `forbid NAME: CONDITION;`"
 _ACTS = (
@@ -70,9 +70,12 @@ TYPES: Mapping[str, str] = {
     **dict.fromkeys(("string", "str", "text", "char", "enum"), "write the values that it can have: `{idle, busy}`"),
 }
 """What to write instead of type names of other languages."""
+ALIKE = "that both or neither holds is `(a and b) or (not a and not b)`; of two bools `a == b`"
+DIFFERENT = "write `(a and not b) or (not a and b)`; of two bools `a != b`"
 _WORDS: Mapping[str, str] = {
     **dict.fromkeys(("is", "equals", "eq"), "compare with `==`"),
-    "xor": "write `(a and not b) or (not a and b)`; of two bools `a != b`",
+    "xor": DIFFERENT,
+    **dict.fromkeys(("iff", "equiv", "equivalent", "same"), ALIKE),
     "between": "write `in LOW .. HIGH`",
     "not": "`not` stands before the comparison: `not (a in {b, c})`",
     **dict.fromkeys(("then", "do"), "what is done about it stands behind `by`: `by kill MODULE.REQUEST`"),
@@ -83,9 +86,15 @@ _WORDS: Mapping[str, str] = {
 """Advice on words in a condition where an operator is expected; of other languages, or out of place."""
 RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
 _UNTIL = "`until` lists the requests that end it as they end well: `until MODULE.REQUEST, MODULE.REQUEST`"
-_FORMS = frozenset({"never", "always", "possible"})
-LOGICS = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E", "eventually"})
-TEMPORAL = "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G F CONDITION;`"
+_OVER = "what stands behind `over` is killed anyway: only `by wait` can be added, for what cannot be"
+_REMEDIES = "remedies are joined by `or`: `by reject or kill MODULE.REQUEST`"
+_VALUED = frozenset({"on", "poster", "state", "const", "launch", "request"})
+_CONSTANT = "a value is a constant: a number, `true`, `false` or a name of one; nothing is computed or read there"
+_COUNTED = (
+    "a value is a constant; what is counted is a `resource NAME: CAPACITY consumable;`, with `consumes` and `produces`"
+)
+HEAD = ("returns", "fails", "instances")
+"""What may stand in the head of a request behind its parameters, in this order."""
 _STATES = frozenset({"active", "running", "stopping", "waiting", "past"})
 _WITH = "arguments are asked for with `with`: `active(MODULE.REQUEST with PARAMETER == VALUE)`"
 
@@ -130,7 +139,76 @@ def list_hint(token: Token, before: Token | None, expected: frozenset[str], keyw
         return _WITH
     if token.text == "(" and before is not None and before.kind == NAME:
         return "requests are listed without parentheses and arguments"
+    if token.text == "or" and keyword == "after":
+        return (
+            "each that is listed is needed; that one of them is enough: `check past(MODULE.REQUEST, MODULE.REQUEST);`"
+        )
     return "requests are listed with `,`" if token.text in ("and", "or", "&", "+") else ""
+
+
+def value_hint(token: Token, before: Token, expected: frozenset[str], keyword: str) -> str:
+    """Return the advice on what is computed, or read, where a value is written: in a `set`, a declaration, a launch."""
+    if keyword not in _VALUED or (keyword == "request" and token.text not in ("+", "-", "*")):
+        return ""
+    behind = before.kind in (NAME, INT, NUMBER, "true", "false") and not expected & {":", "(", "..", "of"}
+    computed = token.text in ("+", "-", "*", "/") or (token.text in ("and", "or", ".") and "->" not in expected)
+    if behind and computed and "," in expected and token.text in ("and", "or", "&"):
+        return ""
+    if (behind and computed) or ({"true", INT, NAME} <= expected and token.text in ("not", "self", "(")):
+        return _COUNTED if keyword == "on" and token.text in ("+", "-") else _CONSTANT
+    return _CONSTANT if before.text == "-" and INT in expected and token.kind == NAME else ""
+
+
+def argument_hint(token: Token, before: Token, expected: frozenset[str], keyword: str) -> str:
+    """Return the advice on the name of a parameter before an argument of a launch."""
+    named = keyword == "launch" and {",", ")"} <= expected and before.kind == NAME and token.text in ("=", "==", ":")
+    return "arguments stand by position, without names: `MODULE.REQUEST(VALUE, VALUE)`" if named else ""
+
+
+def range_hint(token: Token, expected: frozenset[str], keyword: str) -> str:
+    """Return the advice on what is no `..` behind the first end of a range, or on a set without braces."""
+    if ".." not in expected or token.text == "..":
+        return ""
+    if keyword in ("poster", "state", "request"):
+        return "a range is written `0 .. 9`"
+    return "a set is written `in {a, b}`, a range `in 0 .. 9`"
+
+
+def remedy_hint(
+    token: Token,
+    before: Token,
+    following: Token | None,
+    expected: frozenset[str],
+    keyword: str,
+    opened: tuple[str, ...],
+) -> str:
+    """Return the advice on what joins remedies, in the statement whose tokens so far are ``opened``."""
+    if keyword == "mutex" and "over" in opened:
+        joined = before.text == "wait" and token.text in ("or", ",", "and")
+        return _OVER if joined or (expected == {"wait"} and before.text in ("by", "else")) else ""
+    if expected == {"wait"} and before.text == "else" and token.text in ("reject", "kill"):
+        return f"leave out `else {token.text}`: only `wait` can be added"
+    ahead = following.text if following else ""
+    remedies = "or" in expected and not expected & {"and", "|"} and "by" in opened
+    if remedies and token.text in (",", "and", "else", "then", "&"):
+        return _REMEDIES if "," not in expected or ahead in ("kill", "reject", "wait") else ""
+    if expected == {"kill", "reject", "wait"} and before.text == "or" and token.kind == NAME:
+        return "behind `or` stands a remedy, as `or wait`; the requests of a `kill` are listed with `,`"
+    return ""
+
+
+def head_hint(token: Token, following: Token | None, expected: frozenset[str], keyword: str) -> str:
+    """Return the advice on a part of the head of a request, or of a resource, in the wrong order."""
+    if keyword == "resource" and token.text == "consumable" and "or" in expected:
+        return "`consumable` stands before `by`"
+    if token.text == "," and keyword == "request" and following is not None and following.text in HEAD:
+        return "leave out the `,`"
+    if keyword != "request" or token.text not in HEAD or not expected & {";", "{"}:
+        return ""
+    later = HEAD[HEAD.index(token.text) + 1 :]
+    if not later or later[0] in expected:
+        return f"`{token.text}` stands once in the head of a request"
+    return f"`{token.text}` stands before {' and '.join(f'`{word}`' for word in later)}"
 
 
 def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
@@ -139,8 +217,6 @@ def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
         if token.kind == STRING:
             return "leave out the `,` before `because`"
         return 'a text stands between `"` and `"`: `because "TEXT"`'
-    if before.text == "by" and expected == {"wait"}:
-        return "what stands behind `over` is killed anyway: only `by wait` can be added, for what cannot be"
     if expected == {INT} and token.kind == NAME:
         return "a whole number is written out here; no `const` can stand for it"
     if before.text in RELATIONS and expected == {INT}:
@@ -186,7 +262,11 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
     if token.kind == STRING:
         return "a text stands behind `because`; that of a property behind its name"
     if text == "," and before is not None and before.kind == INT:
+        if following is None or following.start > token.end:
+            return "one of several values is `in {a, b}`; conditions are joined with `and`"
         return "a fraction is written with a point: `0.5`"
+    if text == "{" and previous in RELATIONS:
+        return "a set stands behind `in`: `in {a, b}`"
     if text == "," and "and" in expected:
         return "join conditions with `and`; requests are listed inside a predicate, as in `active(m.a, m.b)`"
     if text == ":" and "self" in expected:
@@ -197,7 +277,7 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
             if "==" in expected
             else "an enum value is written alone, without its type"
         )
-    if text == "(" and previous in _FORMS and "by" in expected:
+    if (text == "(" or token.kind == NAME) and previous in ("never", "always", "possible") and "by" in expected:
         return f"`{previous}` is no condition: `forbid` says what must not be"
     return _applied(token, previous, expected) or _WORDS.get(text.lower(), "")
 
@@ -208,8 +288,6 @@ def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
         return (
             f"`ctl` has `{previous}F`, `{previous}G`, `{previous}X` and `{previous} [p U q]`, `ltl` is about all runs"
         )
-    if previous in LOGICS and token.text not in (";", ")"):
-        return TEMPORAL
     if previous in _STATES and "(" in expected and token.kind == NAME:
         return f"write `{previous}(MODULE.REQUEST)`"
     if previous == "count" and token.text == "(":

@@ -17,6 +17,7 @@ from exover.syntax.expect import (
     MEMBERS,
     OPENINGS,
     PROPERTY_ITEMS,
+    Closed,
     advice,
     expectation,
     found,
@@ -27,6 +28,8 @@ from exover.syntax.expect import (
 from exover.syntax.hints import statement_hint
 from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
 from exover.syntax.machine import ParserState
+from exover.syntax.temporal import leads_hint
+from exover.syntax.tree import Product, Sum, Unit
 
 _LISTS = ("check", "request", "enum", "assume")
 """A state with an action for one of these is in a list of statements, where the parser can resume."""
@@ -192,6 +195,15 @@ def _unclosed(machine: ParserState, before: Token | None, token: Token, insert: 
         if isinstance(value, Token) and value.text == opening
     )
     where = f"`{bracket}` is missing before {found(token)}" if token.kind != END else f"`{bracket}` is missing"
+    if token.text == "leads" and bracket == ")":
+        where = leads_hint(_keyword(machine), _opened(machine))
+    elif (
+        token.text in ("and", "or")
+        and bracket == ")"
+        and {",", ")"} <= machine.expected()
+        and "with" in machine.expected()
+    ):
+        where += "; a list is written with `,`, and is true of any: `active(MODULE.REQUEST, MODULE.REQUEST)`"
     return Diagnostic("E108", f"`{opening}` is not closed", Span(opener, opener + 1), help=where)
 
 
@@ -201,7 +213,28 @@ def _unexpected(
     # An error at the end of the file is reported where the last token ends, not after blank lines.
     span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)
     message = f"expected {expectation(expected)}, found {found(token)}"
-    return Diagnostic("E106", message, span, help=advice(token, before, expected, _keyword(machine), following))
+    help = advice(token, before, expected, _keyword(machine), following, _opened(machine), _closed(machine))
+    return Diagnostic("E106", message, span, help=help)
+
+
+def _opened(machine: ParserState) -> tuple[str, ...]:
+    """Return the texts of the symbols of the innermost open statement; "" for what has no text of its own."""
+    values = machine.values[_list_height(machine) or 0 :]
+    return tuple(value if isinstance(value, str) else getattr(value, "text", "") for value in values)
+
+
+def _closed(machine: ParserState) -> Closed:
+    """Return what the `)` on top of the stack closes."""
+    values = machine.values
+    if not values or not isinstance(values[-1], Token) or values[-1].text != ")":
+        return ""
+    opener = max((at for at, value in enumerate(values) if isinstance(value, Token) and value.text == "("), default=0)
+    if opener and not isinstance(values[opener - 1], Token) and values[opener - 1] not in ("ctl", "ltl"):
+        return "condition"  # a predicate: its kind has been reduced
+    inner = values[opener + 1 : -1]
+    if len(inner) != 1 or inner[0] is None:
+        return ""
+    return "term" if isinstance(inner[0], Unit | Product | Sum) else "condition"
 
 
 def _misspelt(token: Token, expected: frozenset[str]) -> str:

@@ -72,6 +72,39 @@ def test_a_mistake_is_told_at_its_place_with_what_to_do(case: Case) -> None:
     assert all(each.code in CODES and each.advice for each in found)
 
 
+FORM = re.compile(r"`((?:always|never|possible|from|ltl|ctl|CONDITION) [^`]*CONDITION[^`]*)`")
+CLAUSE = re.compile(r"`((?:check|fail|wait until) [^`]*;)`")
+STATEMENT = re.compile(r"`((?:forbid|limit|launch|mutex|resource|property) [^`]*;)`")
+MEANT = {
+    "CONDITION": "active(nd.stop)", "MODULE.REQUEST": "nd.stop", "NAME": "zz", "NUMBER": "1", "CAPACITY": "9",
+    "REQUESTS": "nd.*", "LEVEL": "3",
+}  # fmt: skip
+
+
+def meant(form: str) -> str:
+    """Return what a form is with names that the rover has; "" if it has placeholders that stand for several parts."""
+    text = form.replace("MODULE.REQUEST, MODULE.REQUEST", "nd.goto, nd.stop")
+    for placeholder, name in MEANT.items():
+        text = text.replace(placeholder, name)
+    return "" if "…" in text or re.search(r"\b[A-Z]{2,}\b", re.sub(r"\b[AE][FGX]\b", "", text)) else text
+
+
+def advised() -> list[tuple[str, str]]:
+    """Return the forms that the advice of the corpus names, as texts of a kind."""
+    told = [advice for case in CASES for _, advice in case.told]
+    texts = {("prop", f"for rover; property p: {meant(form)};") for each in told for form in FORM.findall(each)}
+    clauses = {meant(form) for each in told for form in CLAUSE.findall(each)} - {""}
+    texts |= {("exo rover", f"context arm.move {{ {clause} }}") for clause in clauses}
+    for form in {meant(form) for each in told for form in STATEMENT.findall(each)} - {""}:
+        texts.add(("prop", f"for rover; {form}") if form.startswith("property") else ("exo rover", form))
+    return sorted(texts)
+
+
+@pytest.mark.parametrize(("kind", "text"), advised(), ids=lambda part: part)
+def test_what_the_advice_names_is_of_the_language(kind: str, text: str) -> None:
+    assert mistakes(kind, text)[1] == ()
+
+
 def test_the_corpus_is_large_and_each_part_is_read() -> None:
     assert len(CASES) == PAGE.count("\n## ") >= LEAST
     assert len({case.text for case in CASES}) == len(CASES)
