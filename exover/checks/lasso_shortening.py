@@ -6,13 +6,14 @@ poster that reads the same already.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache
+from dataclasses import field
+from itertools import starmap
 
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.formula_classes import lingering_of, path_of
-from exover.model.event import Event, Invalid, Observe
-from exover.model.lasso import Lasso, rearranged, related
+from exover.model.event import Event, Invalid, Observe, Report
+from exover.model.lasso import Lasso, endings, rearranged, related
 from exover.model.property import (
     Formula,
     Negation,
@@ -25,12 +26,13 @@ from exover.model.property import (
 from exover.model.run_moments import moments_of
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import Trace, end_of, run
+from exover.model.trace import Trace, end_of, run, visited
+from exover.model.types import least
 
 LONGEST, PAIRED = 64, 12
 """The lengths up to which single steps are dropped, and up to which pairs are dropped and steps are moved."""
 OBSERVED = 2
-"""The number of posters that are tried as the observation in which a lasso ends."""
+"""The number of posters and levels that are tried as the observation in which a lasso ends."""
 _Lasso = Lasso[Event]
 
 
@@ -46,11 +48,14 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     if not claim.linear and not _is_of_one_run(formula, positive=False):
         return trace
     shows = _Shows(reference, Negation(formula), claim.fair, properties)
-    best = given = _Lasso(trace.events[:start], trace.events[start:])
+    given = _Lasso(trace.events[:start], trace.events[start:])
     if not shows(given):
         return trace
-    while (found := _without_needless(best, shows)) != best:
-        best = found
+    tree = _Tree(reference)
+    best = next(filter(shows, _resting(reference, given, 2 * LONGEST)), given)
+    best = _without_needless(best, shows, tree)
+    if best.length > given.length:
+        best = _without_needless(given, shows, tree)
     return trace if best == given else run(reference, best.stem + best.loop, len(best.stem))
 
 
@@ -62,12 +67,17 @@ def guesses(claim: Claim) -> bool:
     return path is None or lingering_of(path.formula) is None
 
 
-def _without_needless(lasso: _Lasso, shows: "_Shows") -> _Lasso:
-    """Return the lasso after four reductions: a stuttering loop, single steps, related steps together, moved steps."""
-    lasso = next(filter(shows, _stuttering(shows.reference, lasso)), lasso)
-    lasso = _shorter(lasso, shows, lambda given: (given.without({n}) for n in reversed(range(given.length))))
-    lasso = _shorter(lasso, shows, lambda given: map(given.without, related(given, _subject, PAIRED)))
-    return _shorter(lasso, shows, lambda given: _rearranged(shows.reference, given) if given.length <= PAIRED else ())
+def _without_needless(lasso: _Lasso, shows: "_Shows", tree: "_Tree") -> _Lasso:
+    """Return the lasso after as many turns as serve of four reductions: a loop at rest, single steps, related steps
+    together, moved steps.
+    """
+    before: _Lasso | None = None
+    while before != lasso:
+        before = lasso
+        lasso = next(filter(shows, _resting(shows.reference, lasso, 0)), lasso)
+        for tried in _TRIED:
+            lasso = _shorter(lasso, shows, tree, tried)
+    return lasso
 
 
 def _subject(event: Event) -> str:
@@ -75,53 +85,102 @@ def _subject(event: Event) -> str:
     return event.name if isinstance(event, Observe) else event.request
 
 
-def _shorter(lasso: _Lasso, shows: "_Shows", tried: Callable[[_Lasso], Iterable[_Lasso]]) -> _Lasso:
+_TRIED: tuple[Callable[[_Lasso], Iterable[_Lasso]], ...] = (
+    lambda given: (given.without({number}) for number in reversed(range(given.length))),
+    lambda given: map(given.without, related(given, _subject, PAIRED)),
+    lambda given: rearranged(given, _subject) if given.length <= PAIRED else (),
+)
+"""What is tried of a lasso, in this order."""
+
+
+def _shorter(lasso: _Lasso, shows: "_Shows", tree: "_Tree", tried: Callable[[_Lasso], Iterable[_Lasso]]) -> _Lasso:
     """Replace the lasso by the first tried one that shows the violation, until there is none; return the last."""
     found: _Lasso | None = lasso
     while found is not None:
         lasso = found
-        found = next(filter(shows, (_reread(shows.reference, each) for each in tried(lasso))), None)
+        left = (tree.possible(_reread(shows.reference, each)) for each in tried(lasso))
+        found = next(filter(shows, filter(None, left)), None)
     return lasso
 
 
-def _rearranged(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
-    """Yield shorter lassos of the same steps moved, without those that are impossible then (reports of idle slots)."""
+class _Tree:
+    """A tree of runs, of which each is followed but once."""
 
-    @cache
-    def after(events: tuple[Event, ...]) -> tuple[State, bool]:
-        """Return the state to which events lead, and whether the last of them is impossible."""
-        if not events:
-            return reference.start(), False
-        state, actions = reference.step(after(events[:-1])[0], events[-1])
-        return state, any(isinstance(action, Invalid) for action in actions)
+    def __init__(self, reference: Reference) -> None:
+        self.reference = reference
+        self.root = _Node(reference.start())
 
-    for each in rearranged(lasso, _subject):
-        steps = each.steps
-        if after(steps)[0].key() == after(each.stem)[0].key():
-            yield each.without([number for number in range(len(steps)) if after(steps[: number + 1])[1]])
+    def possible(self, lasso: _Lasso) -> _Lasso | None:
+        """Return the lasso without its impossible steps, such as reports of idle slots; `None` if it does not close."""
+        turn, stem = self._follow(self.root, lasso.stem)
+        end, loop = self._follow(turn, lasso.loop)
+        return _Lasso(stem, loop) if loop and turn.state.key() == end.state.key() else None
+
+    def _follow(self, node: "_Node", events: Iterable[Event]) -> "tuple[_Node, tuple[Event, ...]]":
+        """Return the end of these events, and those that are possible."""
+        left: list[Event] = []
+        for event in events:
+            before = node
+            if event not in before.after:
+                state, actions = self.reference.step(before.state, event)
+                impossible = any(isinstance(action, Invalid) for action in actions)
+                before.after[event] = before if impossible else _Node(state)
+            node = before.after[event]
+            if node is not before:
+                left.append(event)
+        return node, tuple(left)
+
+
+@dataclass(eq=False, slots=True)
+class _Node:
+    """A state of a tree of runs."""
+
+    state: State
+    after: "dict[Event, _Node]" = field(default_factory=dict)
+    """By event the next state: this very node if the event is impossible."""
 
 
 def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
-    """Return the lasso; if its loop is one observation, let it observe what the poster reads before the loop."""
+    """Return the lasso; if its loop is one observation, let it observe what is so before the loop."""
     match lasso.loop:
         case (Observe(name, value, False),):
-            read = end_of(reference, lasso.stem).readings.get(name, value)
+            end = end_of(reference, lasso.stem)
+            read = end.levels.get(name, end.readings.get(name, value))
             return _Lasso(lasso.stem, (Observe(name, read),))
         case _:
             return lasso
 
 
-def _stuttering(reference: Reference, lasso: _Lasso) -> Iterator[_Lasso]:
-    """Yield lassos that consist of a prefix of the given one and a loop that observes what a poster reads already."""
+def _resting(reference: Reference, lasso: _Lasso, most: int) -> Iterator[_Lasso]:
+    """Yield lassos that follow the given one up to a step, and then observe for ever what a poster or level is already.
+
+    First those that do so at once; then, the shortest first, those of `most` steps or less that before report what is
+    active (see `endings`).
+    """
     events = lasso.steps
     if len(lasso.loop) == 1 and isinstance(lasso.loop[0], Observe):
         events = lasso.stem
-    posters = [each.name for each in reference.model.variables if each.kind == "poster"][:OBSERVED]
-    state = reference.start()
-    for count, event in enumerate(events):
-        for name in posters:
-            yield _Lasso(events[:count], (Observe(name, state.readings[name]),))
-        state, _ = reference.step(state, event)
+    posters = [each.name for each in reference.model.variables if each.kind == "poster"]
+    later: list[_Lasso] = []
+    for count, state in enumerate(visited(reference, events)):
+        observed = [*(Observe(name, state.readings[name]) for name in posters), *starmap(Observe, state.levels.items())]
+        reports = _reports(reference, state, most - count)
+        for each in endings(events[:count], reports, observed[:OBSERVED]):
+            if each.length == count + 1 <= len(events):
+                yield each
+            elif each.length <= most:
+                later.append(each)
+    yield from sorted(later, key=lambda each: each.length)
+
+
+def _reports(reference: Reference, state: State, most: int) -> tuple[Event, ...]:
+    """Return reports, each ok with the least results, until nothing is active, or as many as `most`."""
+    found: list[Event] = []
+    while len(found) < most and (active := state.active()):
+        request = reference.model.request[active[0][0]]
+        found.append(Report(*active[0], "ok", tuple(least(each.type) for each in request.results)))
+        state, _ = reference.step(state, found[-1])
+    return tuple(found)
 
 
 def _is_of_one_run(formula: Formula, positive: bool) -> bool:

@@ -1,6 +1,6 @@
 """Lassos over steps of any kind, and candidates for shorter lassos made of the same steps."""
 
-from collections.abc import Callable, Collection, Hashable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator
 from itertools import chain, combinations
 from typing import Generic, TypeVar
 
@@ -37,7 +37,8 @@ class Lasso(Generic[Step]):
 
 def related(lasso: Lasso[Step], subject: Callable[[Step], Hashable], paired: int) -> list[StepNumbers]:
     """Return sets of steps that may be dropped together, without duplicates: first all steps of one subject (in the
-    whole lasso, in the stem, in the loop), then pairs of one subject, then single steps.
+    whole lasso, in the stem, in the loop), then from one step to another of its subject all steps, or all of the
+    subject, or the two, then single steps.
 
     Any two steps are a pair if the lasso has at most `paired` steps. Two steps of one subject often undo each other,
     and then only dropping both leaves a lasso.
@@ -51,9 +52,24 @@ def related(lasso: Lasso[Step], subject: Callable[[Step], Hashable], paired: int
         for numbers in about.values()
         for first, end in ((0, length), (0, turn), (turn, length))
     ]
+    for numbers in about.values():
+        for first, last in combinations(range(len(numbers)), 2):
+            together.append(frozenset(range(numbers[first], numbers[last] + 1)))
+            together.append(frozenset(numbers[first : last + 1]))
     pairs = combinations(range(length), 2) if length <= paired else chain(*(combinations(n, 2) for n in about.values()))
     each = (frozenset({number}) for number in range(length))
     return list(dict.fromkeys([*filter(None, together), *map(frozenset, pairs), *each]))
+
+
+def endings(run: tuple[Step, ...], reports: tuple[Step, ...], observed: Iterable[Step]) -> Iterator[Lasso[Step]]:
+    """Yield lassos of a run, these reports or none, and a loop of one of these observations.
+
+    For example, what follows a run that violates a property already need not do so again: once all that is active is
+    reported, an observation that changes nothing may go on for ever.
+    """
+    for event in observed:
+        yield Lasso(run, (event,))
+        yield Lasso((*run, *reports), (event,))
 
 
 def moves(steps: tuple[Step, ...]) -> Iterator[tuple[int, int, tuple[Step, ...]]]:

@@ -142,6 +142,30 @@ def test_a_loop_begins_earlier_where_an_outcome_is_as_in_the_loop() -> None:
     assert (len(found.events), found.loop_start) == (10, 6)
 
 
+RESTLESS = """spec s; poster p: bool = true;
+module m {
+    state high: bool = false;
+    request up() { check not high; on ok set high = true; } request down() { check high; on ok set high = false; }
+    request a(); request b();
+}"""
+
+
+def test_once_a_prefix_violates_a_property_what_is_active_is_reported_and_nothing_more_happens() -> None:
+    """The loop of the given lasso violates it, too; in no moment of it all is idle."""
+    model = model_of(RESTLESS)
+    said = "for s; property q: ltl G !(launched(m.down) and active(m.a) and active(m.b)); assume fair reports;"
+    properties = load_properties(Source("s.prop", said), model).properties
+    assert properties is not None
+    reference = Reference(model)
+    a, b, up, down = (Ask(f"m.{name}") for name in ("a", "b", "up", "down"))
+    a_ends, b_ends, up_ends, down_ends = (Report(each.request, 0, "ok") for each in (a, b, up, down))
+    begun, turn = (a, b, up, up_ends, down), (a_ends, a, down_ends, b_ends, b, up, up_ends, down)
+    given = run(reference, (*begun, *turn, *turn), len(begun + turn))
+    found = shortened(given, reference, property_check.claim(model, properties, "q"), properties)
+    assert (found.events[5:], found.loop_start) == ((down_ends, a_ends, b_ends, READ), 8)
+    assert set(found.events[:5]) == set(begun)
+
+
 def of_starvation(spec: str, events: tuple[Event, ...], loop: int, request: str) -> Trace:
     """Return what is left of a lasso on which a request starves."""
     model = model_of(spec)

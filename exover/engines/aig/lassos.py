@@ -7,11 +7,11 @@ from operator import or_
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.home_states import LEVELS, POSTERS, rereadings
+from exover.engines.aig.home_states import LEVELS, POSTERS, HomeSpace, rereadings
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
 from exover.engines.aig.shorten import at_once, doublings
-from exover.model.lasso import StepNumbers, rearranged, related
+from exover.model.lasso import StepNumbers, endings, rearranged, related
 from exover.model.state import State
 from exover.model.trace import Trace
 
@@ -25,26 +25,35 @@ OBSERVED = 2
 """How many observations of posters or levels are tried as a loop that changes nothing."""
 
 
-def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
-    """Return which lassos come back to where their loop begins, stay all the way and see all signals.
+def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[InputLasso | None]:
+    """Return the lassos without their impossible steps, `None` for those that are no lassos of their questions then.
 
-    The loop is followed twice: a monitor may begin within the first turn, after which the run is the same.
+    A lasso comes back to where its loop begins, stays all the way and sees all signals. The loop is followed twice: a
+    monitor may begin within the first turn, after which the run is the same.
     """
-    return [good for part in at_once(candidates) for good in _closed(machine, part)]
+    return [lasso for part in at_once(candidates) for lasso in _closed(machine, part)]
 
 
-def _closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
+def _closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[InputLasso | None]:
     """Return the same for candidates that are followed at once."""
     whole, found = _Following(machine, [index for index, _ in candidates]), -1
-    whole.follow([lasso.stem for _, lasso in candidates])
+    _, stem = whole.follow([lasso.stem for _, lasso in candidates])
     for _ in range(2):
         before = whole.state
-        stays = whole.follow([lasso.loop for _, lasso in candidates])
+        stays, loop = whole.follow([lasso.loop for _, lasso in candidates])
         for index, mine in whole.mine.items():
             nodes = machine.looked_at[index] - {machine.staying[index].begun >> 1}
             found &= ~mine | ~reduce(or_, (before[node] ^ whole.state[node] for node in nodes), 0)
-    found &= stays
-    return [bool(found >> lane & 1) and bool(lasso.loop) for lane, (_, lasso) in enumerate(candidates)]
+    found &= stays & reduce(or_, loop, 0)
+    return [
+        InputLasso(_at(lane, lasso.stem, stem), _at(lane, lasso.loop, loop)) if found >> lane & 1 else None
+        for lane, (_, lasso) in enumerate(candidates)
+    ]
+
+
+def _at(lane: int, steps: Inputs, taken: Sequence[LaneWord]) -> Inputs:
+    """Return the steps that are taken in a lane."""
+    return tuple(step for step, where in zip(steps, taken, strict=False) if where >> lane & 1)
 
 
 class _Following:
@@ -58,14 +67,18 @@ class _Following:
             self.mine[index] = self.mine.get(index, 0) | 1 << lane
         self.state = initial(machine.latches, self.everywhere)
 
-    def follow(self, runs: Sequence[Inputs]) -> LaneWord:
-        """Follow runs; return the lanes in which every step stays and all signals are seen."""
+    def follow(self, runs: Sequence[Inputs]) -> tuple[LaneWord, list[LaneWord]]:
+        """Follow runs without their impossible steps.
+
+        Return the lanes in which every step stays and all signals are seen, and by step those in which it is possible.
+        """
         machine, cone, everywhere = self.machine, self.machine.cone, self.everywhere
-        good = everywhere
+        good, taken = everywhere, list[LaneWord]()
         seen = dict.fromkeys((literal for index in self.mine for literal in machine.staying[index].signals), 0)
         for number in range(max(map(len, runs))):
             there, words = side_by_side(runs, number)
             values = cone.values(self.state, words)
+            there &= cone.read(values, machine.encoding.legal, everywhere)
             for index, mine in self.mine.items():
                 here = mine & there
                 if here:
@@ -73,10 +86,11 @@ class _Following:
             for signal in seen:
                 seen[signal] |= cone.read(values, signal, everywhere) & there
             self.state = cone.after(values, there)
+            taken.append(there)
         for index, mine in self.mine.items():
             for signal in machine.staying[index].signals:
                 good &= ~mine | seen[signal]
-        return good
+        return good, taken
 
 
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
@@ -91,7 +105,7 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
     machine = machine.exact
     lassos = _turned(machine, found)
     lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in lassos.items()}
-    lassos |= _stuttering(machine, lassos)
+    lassos |= _resting(machine, lassos)
     sizes = {index: lasso.length // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
         better = _better(machine, lassos, {k: _blocks(lassos[k], size) for k, size in sizes.items() if size})
@@ -101,10 +115,13 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
     left = list(lassos)
     while left:
         better = _better(machine, lassos, {index: related(lassos[index], machine.subject, PAIRED) for index in left})
-        better |= _rearranged(machine, {index: lassos[index] for index in left if index not in better})
+        short = {index: lassos[index] for index in left if index not in better and lassos[index].length <= PAIRED}
+        better |= _shortest(
+            machine, [(k, each) for k, lasso in short.items() for each in rearranged(lasso, machine.subject)]
+        )
         lassos |= better
         left = list(better)
-    rests = _stuttering(machine, lassos)
+    rests = _resting(machine, lassos)
     return lassos | {index: lasso for index, lasso in rests.items() if lasso.length < lassos[index].length}
 
 
@@ -116,26 +133,34 @@ def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
         for turns in range(TURNS)
     ]
     lassos = dict(found)
-    for (index, lasso), good in reversed(list(zip(tried, closed(machine, tried), strict=True))):
+    for (index, _), good in reversed(list(zip(tried, closed(machine, tried), strict=True))):
         if good:
-            lassos[index] = lasso
+            lassos[index] = good
     return lassos
 
 
-def _stuttering(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return the shortest lassos that follow the given ones up to a step from which they stutter.
+def _resting(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+    """Return the shortest lassos that follow the given ones up to a step from which they stutter (see `endings`).
 
     The loop observes a poster, or a level, to have the value that it has already.
     """
+    reports = tuple(slot.events[0] for slot in HomeSpace(machine.encoding).slots())
     tried: list[Candidate] = []
     for index, lasso in lassos.items():
-        steps = lasso.steps
-        states = chain([initial(machine.latches, 1)], machine.states(steps))
-        for count, state in zip(range(len(steps)), states, strict=False):
-            observed = islice(rereadings(machine.encoding, state, POSTERS, LEVELS), OBSERVED)
-            tried += [(index, InputLasso(steps[:count], (event,))) for _, event in observed]
-    good = [candidate for candidate, is_closed in zip(tried, closed(machine, tried), strict=True) if is_closed]
-    return dict(reversed(good))
+        states = chain([initial(machine.latches, 1)], machine.states(lasso.steps))
+        for count, state in enumerate(states):
+            observed = [event for _, event in islice(rereadings(machine.encoding, state, POSTERS, LEVELS), OBSERVED)]
+            tried += [(index, each) for each in endings(lasso.steps[:count], reports, observed)]
+    return _shortest(machine, tried)
+
+
+def _shortest(machine: SimulatedCircuit, tried: Sequence[Candidate]) -> dict[int, InputLasso]:
+    """Return by question the first of the shortest candidates that are lassos, if there is one."""
+    found: dict[int, InputLasso] = {}
+    for (index, _), lasso in zip(tried, closed(machine, tried), strict=True):
+        if lasso and (index not in found or lasso.length < found[index].length):
+            found[index] = lasso
+    return found
 
 
 def _blocks(lasso: InputLasso, size: int) -> list[StepNumbers]:
@@ -143,39 +168,28 @@ def _blocks(lasso: InputLasso, size: int) -> list[StepNumbers]:
     return [frozenset(range(at, at + size)) for at in range(0, lasso.length - size + 1, (size + 1) // 2)]
 
 
-def _rearranged(machine: SimulatedCircuit, lassos: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return for each lasso the shortest of its rearrangements that are lassos, if there is one."""
-    short = ((index, lasso) for index, lasso in lassos.items() if lasso.length <= PAIRED)
-    tried = [(index, each) for index, lasso in short for each in rearranged(lasso, machine.subject)]
-    better: dict[int, InputLasso] = {}
-    for (index, lasso), good in zip(tried, closed(machine, tried), strict=True):
-        if good and (index not in better or lasso.length < better[index].length):
-            better[index] = lasso
-    return better
-
-
 def _better(
     machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
 ) -> dict[int, InputLasso]:
     """Return the lassos from which some of these steps can be dropped, without as many as can be dropped together."""
-    better: dict[int, InputLasso] = {}
     good = _droppable(machine, lassos, drops)
-    more = _droppable(machine, lassos, {index: _joined(each) for index, each in good.items()})
-    for index, each in good.items():
-        better[index] = _left(machine, lassos[index], max([*each, *more.get(index, ())], key=len))
-    return better
+    more = _droppable(machine, lassos, {index: _joined([drop for drop, _ in each]) for index, each in good.items()})
+    return {
+        index: min((left for _, left in (*each, *more.get(index, ()))), key=lambda left: left.length)
+        for index, each in good.items()
+    }
 
 
 def _droppable(
     machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[StepNumbers]]
-) -> dict[int, list[StepNumbers]]:
-    """Return by lasso the sets of steps without which it is still a lasso."""
+) -> dict[int, list[tuple[StepNumbers, InputLasso]]]:
+    """Return by lasso the sets of steps without which it is still a lasso, each with what is left."""
     tried = [(index, each, _left(machine, lassos[index], each)) for index, many in drops.items() for each in many]
     tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
-    found: dict[int, list[StepNumbers]] = {}
-    for (index, each, _), good in zip(tried, closed(machine, [(k, lasso) for k, _, lasso in tried]), strict=True):
-        if good:
-            found.setdefault(index, []).append(each)
+    found: dict[int, list[tuple[StepNumbers, InputLasso]]] = {}
+    for (index, each, _), left in zip(tried, closed(machine, [(k, lasso) for k, _, lasso in tried]), strict=True):
+        if left:
+            found.setdefault(index, []).append((each, left))
     return found
 
 

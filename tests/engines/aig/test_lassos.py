@@ -10,8 +10,8 @@ from exover.engines.aig import liveness
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.home_states import inputs_of
-from exover.engines.aig.lassos import _joined, _left, _rolled, closed, shorter, shown
+from exover.engines.aig.home_states import HomeSpace, inputs_of
+from exover.engines.aig.lassos import _joined, _left, _resting, _rolled, closed, shorter, shown
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
@@ -61,13 +61,14 @@ def found() -> tuple[SimulatedCircuit, InputLasso, Inputs]:
 
 
 def test_steps_that_undo_each_other_are_dropped_together(found: tuple[SimulatedCircuit, InputLasso, Inputs]) -> None:
-    """Neither what asks for `m.b` nor its report can be dropped alone, and between them stands what cannot."""
+    """What asks for `m.b` takes its report with it; the report cannot be dropped alone."""
     machine, lasso, (ask, report) = found
     first, last = lasso.loop
     longer = InputLasso((*lasso.stem, ask, report), (ask, first, report, last))
     turn = len(longer.stem)
     drops = [frozenset[int](), frozenset({turn}), frozenset({turn + 2}), frozenset({turn, turn + 2})]
-    assert closed(machine, [(0, longer.without(each)) for each in drops]) == [True, False, False, True]
+    less = InputLasso(longer.stem, (first, last))
+    assert closed(machine, [(0, longer.without(each)) for each in drops]) == [longer, less, None, less]
     assert len(shorter(machine, {0: longer})[0].loop) == 2
 
 
@@ -75,8 +76,9 @@ def test_a_loop_brings_back_what_no_question_looks_at(found: tuple[SimulatedCirc
     """The past of `m.b` is no matter to the question; followed once more, the loop brings it back, too."""
     machine, lasso, (ask, report) = found
     longer = InputLasso(lasso.stem, (*lasso.loop, ask, report))
-    assert closed(machine, [(0, longer)]) == [True]
-    assert closed(machine.exact, [(0, longer), (0, InputLasso(lasso.stem + longer.loop, longer.loop))]) == [False, True]
+    turned = InputLasso(lasso.stem + longer.loop, longer.loop)
+    assert closed(machine, [(0, longer)]) == [longer]
+    assert closed(machine.exact, [(0, longer), (0, turned)]) == [None, turned]
     short = shorter(machine, {0: longer})[0]
     trace = shown(Concretizer(machine.encoding), short)
     assert trace is not None
@@ -134,3 +136,17 @@ def test_what_makes_a_request_wait_for_ever_comes_before_it_asks() -> None:
     machine = Judging(encoding, [waits], decide, lambda *_: None).machine
     (short,) = shorter(machine, {0: InputLasso((other, ask, low, ended), (low,))}).values()
     assert short == InputLasso((low, ask), (low,))
+
+
+def test_once_all_is_reported_a_run_is_at_rest() -> None:
+    """The report is none of the steps of the lasso, and a second one is impossible."""
+    encoding = Encoding(compiled(model_of(LATE)), NO_PROPERTIES)
+    number = {(each.kind.verb, each.kind.name): place for place, each in enumerate(encoding.events)}
+    ask, other = (inputs_of(encoding, number["ask", name]) for name in ("m.a", "m.b"))
+    high = inputs_of(encoding, number["observe", "p"], (1,))
+    ended = next(slot.events[0] for slot in HomeSpace(encoding).slots() if slot.request == "m.b")
+    launched = LassoQuestion(finally_(Happened("launched", "m.b")), True)
+    machine = Judging(encoding, [launched], decide, lambda *_: None).machine.exact
+    rest = InputLasso((other, ended), (high,))
+    assert _resting(machine, {0: InputLasso((other,), (ask,))}) == {0: rest}
+    assert closed(machine, [(0, InputLasso((other, ended, ended), (high,)))]) == [rest]
