@@ -1,11 +1,13 @@
 """Details of findings whose run ends where a request waits or is refused: the rules that hold it up."""
 
+from collections.abc import Iterable, Sequence
 from itertools import islice
 
 from exover.checks.causes.blocking import Blocked, Forbidden
 from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, forbid_text, never_launched
 from exover.checks.causes.cause_wording import asked_text, reason_text
 from exover.checks.causes.near_events import least_arguments
+from exover.model.expression import Cond
 from exover.model.model import Launch
 from exover.model.state import State
 
@@ -91,10 +93,20 @@ def kept_from_launch(broken: BrokenFinding, state: State, name: str) -> list[str
     return [] if last is None else [_chain(broken, state, name)]
 
 
+def kept_from_truth(broken: BrokenFinding, state: State, conditions: Sequence[Cond]) -> list[str]:
+    """Return, as parts of a sentence, the causes that keep requests from a launch from a state on which would
+    make one of the conditions true.
+    """
+    return _told(broken, broken.obstacles.missing(state, conditions))
+
+
 def _chain(broken: BrokenFinding, state: State, name: str) -> str:
     """Return up to `LINKS` causes: what keeps a request from a launch, then what keeps its mending from happening."""
-    links = islice(broken.obstacles.chain(state, name), LINKS)
-    return "; ".join(_link(broken, there, each) for there, each in links)
+    return "; ".join(_told(broken, broken.obstacles.chain(state, name)))
+
+
+def _told(broken: BrokenFinding, links: Iterable[tuple[State, Blocked | Forbidden | Launch]]) -> list[str]:
+    return [_link(broken, there, each) for there, each in islice(links, LINKS)]
 
 
 def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launch) -> str:

@@ -34,6 +34,8 @@ BUSIER = 100
 """The number of obstacles for which it counts that all slots are taken: what else is in the way is not seen then."""
 
 
+Mending = tuple[set[Read], Callable[[State], bool]]
+"""What may be changed to mend something, and whether it is mended in a state."""
 Rank = Literal["decides", "first", "besides"]
 """Of a reason: that it decides; that it decides first, but not for ever, and others would decide then; or that others
 decide first, but not for ever."""
@@ -180,13 +182,17 @@ class Obstacles:
 
     def stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
         """Return the lasting obstacle of a launch, and a state in which it is one: the rule that is (`lasting`), else
-        the assumption; None if there is nothing.
+        the assumption, else what decides in `state`; None if there is nothing.
         """
+        later, last = self._stays(state, name)
+        return (later, last) if last is not None else (state, self.blocked(state, name))
+
+    def _stays(self, state: State, name: str) -> tuple[State, Blocked | Forbidden | None]:
+        """Return the lasting obstacle of a launch, as `stays`; None if a run comes to where it would be launched."""
         if state.places[name] and len(waits_by := self.objections(state, name)) == 1:
             return state, waits_by[0]
         later, last = self.lasting(state, name)
-        forbidden = self.forbidden(later, name) if last is None else None
-        return (later, last or forbidden) if last or forbidden else (state, self.blocked(state, name))
+        return later, last or self.forbidden(later, name)
 
     def chain(self, state: State, name: str) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
         """Yield the causes that keep a request from a launch, breadth first, each with a state in which it is one.
@@ -194,31 +200,58 @@ class Obstacles:
         After a rule come the launch rules that launch again what holds the request up, and the requests that would mend
         it but cannot start either, waiting ones first.
         """
+        there, link = self.stays(state, name)
+        if link is not None:
+            yield from self._links({name}, deque([(there, link)]))
+
+    def missing(self, state: State, conditions: Sequence[Cond]) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
+        """Yield the causes that keep those requests from a launch that would make one of the conditions true, if it is
+        false, and their causes, as `chain` does.
+        """
         model = self.reference.model
-        told, left = {name}, deque([(state, name)])
+        wanted: list[Mending] = []
+        for each in conditions:
+            if not holds(model, state, each):
+                starting = set(_made_by(model, each, truth=True))
+                read = {one for one in reads(each) if one.kind != "active" or one.name in starting}
+                wanted.append((read, partial(self._is_true, each)))
+        told = set[str]()
+        yield from self._links(told, deque(self._stuck(state, wanted, told)))
+
+    def _links(
+        self, told: set[str], left: deque[tuple[State, Blocked | Forbidden]]
+    ) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
+        """Yield links and their causes, breadth first, without launch rules and requests that are `told` already."""
         while left:
-            there, link = self.stays(*left.popleft())
-            if link is not None:
-                yield there, link
+            there, link = left.popleft()
+            yield there, link
             if not isinstance(link, Blocked):
                 continue
-            read = set(reason_reads(model, there, link.request, link.reason))
             again = [each for each in self.requiring(there, link) if each.name not in told]
-            for launch in again:
-                told.add(launch.name)
-                yield there, launch
-            wanted = [(read, partial(self.is_mended, link))]
+            told.update(each.name for each in again)
+            yield from ((there, each) for each in again)
+            read = set(reason_reads(self.reference.model, there, link.request, link.reason))
+            wanted: list[Mending] = [(read, partial(self.is_mended, link))]
             wanted += [(set(reads(each.condition)), partial(self._is_let_go, each)) for each in again]
-            found = []
-            for each in model.requests:
-                idle = each.name not in told and not there.active([each.name])
-                mends = idle and any(self._mends(there, each, read, is_mended) for read, is_mended in wanted)
-                other = (self.blocked(there, each.name) or self.forbidden(there, each.name)) if mends else None
-                if other is not None:
+            left += self._stuck(there, wanted, told)
+
+    def _stuck(
+        self, there: State, wanted: Sequence[Mending], told: set[str]
+    ) -> list[tuple[State, Blocked | Forbidden]]:
+        """Return the lasting obstacles of the idle requests that would mend what is wanted, those of waiting ones
+        first; the requests are added to those that are `told`.
+        """
+        found = []
+        for each in self.reference.model.requests:
+            idle = each.name not in told and not there.active([each.name])
+            if not idle or not any(self._mends(there, each, read, is_mended) for read, is_mended in wanted):
+                continue
+            if self.blocked(there, each.name) or self.forbidden(there, each.name):
+                later, last = self._stays(there, each.name)
+                if last is not None:
                     told.add(each.name)
-                    found.append(other)
-            found.sort(key=lambda each: not (isinstance(each, Blocked) and each.waits))
-            left += [(there, each.request.name) for each in found]
+                    found.append((later, last))
+        return sorted(found, key=lambda pair: not there.places[pair[1].request.name])
 
     def requiring(self, state: State, link: Blocked) -> list[Launch]:
         """Return the launch rules that require in a state what is active there and holds the request up."""
@@ -244,6 +277,9 @@ class Obstacles:
         ask = Ask(link.request.name, link.args)
         launch = self.without.launch(self.assumptions, state, ask, link.reason.rule)
         return launch is not None and not launch.forbids
+
+    def _is_true(self, condition: Cond, state: State) -> bool:
+        return holds(self.reference.model, state, condition)
 
     def _is_let_go(self, launch: Launch, state: State) -> bool:
         """Return whether the condition of a launch rule is false in a state."""

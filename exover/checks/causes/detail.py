@@ -6,6 +6,7 @@ from dataclasses import replace
 from exover.checks.causes.blocked_detail import (
     held_up,
     kept_from_launch,
+    kept_from_truth,
     of_deadlock,
     of_lockout,
     of_obligation,
@@ -19,6 +20,7 @@ from exover.checks.causes.property_detail import (
     conditions,
     false_first,
     given_up,
+    goals,
     how_broken,
     owed,
     owed_since,
@@ -126,7 +128,8 @@ def _property(broken: BrokenFinding) -> str:
         read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
         parts += read_there(broken.model, state, read, where=where, asked=arguments_read(conditions(prop.formula)))
         if prop.form in ("always possible", "from possible"):
-            parts += _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
+            missed = _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
+            parts += missed or kept_from_truth(broken, state, goals(prop.formula))
     else:
         parts += map(str, _decided(broken.model, prop.formula))
         parts += never_launched(broken, (name for names in requests_named(prop.formula) for name in names))

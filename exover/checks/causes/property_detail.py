@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from exover.checks.questions.property import BROKEN
 from exover.model.event import Abort, AbortWaiting, Event
-from exover.model.expression import Cond, Status
+from exover.model.expression import And, Cond, Status
 from exover.model.expression import atoms as condition_atoms
 from exover.model.property import (
     TRUE,
@@ -118,6 +118,25 @@ def requests_named(formula: Formula) -> tuple[list[str], list[str]]:
     happened = [each.request for each in atoms(formula) if isinstance(each, Happened) and each.occurrence == "launched"]
     said = [each for condition in conditions(formula) for each in condition_atoms(condition)]
     return happened, [each.request for each in said if isinstance(each, Status)]
+
+
+def goals(formula: Formula) -> list[Cond]:
+    """Return the conditions on states that must all be true where `always possible` or `from … possible` wants to come
+    to, as far as it is a conjunction.
+    """
+    *_, last = (each.right for each in subformulas(formula) if isinstance(each, SomeUntil))
+    left, found = [last], list[Cond]()
+    while left:
+        match left.pop(0):
+            case Conjunction(parts):
+                left = [*parts, *left]
+            case Atom(And(conditions)):
+                left = [*map(Atom, conditions), *left]
+            case Atom(condition):
+                found.append(condition)
+            case _:
+                pass
+    return found
 
 
 def conditions(formula: Formula) -> Iterator[Cond]:

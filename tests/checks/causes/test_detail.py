@@ -621,3 +621,22 @@ def test_what_can_start_with_some_arguments_is_in_nobodys_way() -> None:
     assert obstacles.blocked(reference.start(), "m.take") is None
     dropped = obstacles.blocked(reference.start(), "m.drop")
     assert dropped is not None and dropped.reason.rule == "m.drop.taken" and dropped.args == ("none",)
+
+
+DRAWER = """spec drawer; poster heavy: bool = false; latch full: when heavy until drawer.pull;
+module drawer {
+    state pos: {outside, middle, inside} = outside;
+    request push() { check was: pos == outside; on launch set pos = middle; on ok set pos = inside; }
+    request pull() { check in_: pos == inside; on ok set pos = outside; }
+}"""
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_of_a_conclusion_it_is_told_what_keeps_those_from_a_launch_that_would_make_it_true(engines: Engines) -> None:
+    """A push that fails leaves the drawer where neither request takes it."""
+    findings = found(DRAWER, "for drawer; property emptied: from full possible not full;", engines, "property")
+    assert findings["property", "emptied"].message == (
+        "a run comes to where the premise is true, and from there no run comes to the conclusion; there full == true; "
+        "`drawer.pull()` is refused by `drawer.pull.in_`, there drawer.pos == middle; "
+        "`drawer.push()` is refused by `drawer.push.was`, there drawer.pos == middle"
+    )
