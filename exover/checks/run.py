@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from typing import Protocol
 
@@ -14,7 +15,7 @@ from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
 from exover.checks.schedule.engines import DIAGRAMS, Engines, suited
 from exover.checks.schedule.examination import Examination
-from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, Limits
+from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.checks.schedule.opinions import compare, contradicted, first, together, vacuous
 from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
@@ -122,15 +123,16 @@ def check_all(
     if engines.adaptive and figures:
         engines = replace(engines, names=figures.names)
     elif engines.adaptive:
-        engines = suited(engines, examination.context(progress).analysis)
+        with suppress(TimeUp), interrupted(limits):
+            engines = suited(engines, examination.context(progress).analysis)
     answers = KnownAnswers(stored, engines.names)
     known = answers.answered(put)
     left = tuple(pair for number, pair in enumerate(put) if number not in known)
     spare = limits.jobs > 1 and not engines.compared
     runner = TaskRunner(examination, left, engines, count, limits.seconds is not None, spare)
     sheet = _Sheet(runner, audience, known, figures)
-    interrupted = not _answered(sheet, limits, progress)
-    reason = INTERRUPTED if interrupted else limits.reason
+    ended = _answered(sheet, limits, progress)
+    reason = limits.reason if ended else INTERRUPTED
     rows = [sheet.row(number, reason) for number in range(len(left))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
@@ -139,7 +141,7 @@ def check_all(
     settled = Settled(answers, put, findings, sheet.bits)
     known_so_far = contradicted(vacuous(findings))
     told = tuple(detailed(compiled.model, properties, known_so_far, lambda: limits.left <= 0))
-    return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
+    return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=not ended, settled=settled)
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:

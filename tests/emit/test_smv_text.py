@@ -44,6 +44,15 @@ def test_what_is_too_large_to_be_written_down_is_said(tmp_path: Path, capsys: py
     )
 
 
+def test_a_range_is_written_without_its_values(tmp_path: Path) -> None:
+    """What stands for all readings of a poster may be far apart."""
+    spec = tmp_path / "wide.exo"
+    whole = f"{-(2**63)} .. {2**63 - 1}"
+    spec.write_text(f"spec wide; poster p: int in {whole} = 0; module m {{ request r() {{ check p > 3; }} }}")
+    assert main(["emit", str(spec), "--target", "smv", "--out", str(tmp_path)]) == 0
+    assert "p : {-9223372036854775808, 3, 4};" in (tmp_path / "wide.smv").read_text()
+
+
 @pytest.mark.parametrize("name", ["rover", "assistant", "satellite", "diligent"])
 def test_the_examples_can_be_written(name: str, tmp_path: Path) -> None:
     out = str(tmp_path)

@@ -89,10 +89,10 @@ class Image:
                 return found
             case Require(var, values):
                 return states & space.among(var, values)
-            case Switch(var, cases):
+            case Switch(var):
                 found = space.none
-                for value, case in enumerate(cases):
-                    part = states & space.is_value(var, value)
+                for case, values in op.branches():
+                    part = states & space.among(var, values)
                     if part != space.none:
                         found |= self.post(part, case)
                 return found

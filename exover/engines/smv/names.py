@@ -7,6 +7,7 @@ the two never meet. A name that means something else to NuSMV gets a `$` at its 
 import re
 from collections.abc import Iterable
 from functools import cached_property
+from itertools import pairwise
 
 from exover.engines.smv.expression import BOOLEANS, SmvSymbol
 from exover.loop.claim import Claim
@@ -186,7 +187,7 @@ class SmvNames:
         if literals == BOOLEANS:
             return "boolean"
         numbers = [int(literal) for literal in literals] if self.symbol(var, "").numeric else []
-        if numbers and numbers == list(range(numbers[0], numbers[-1] + 1)):
+        if numbers and all(after - before == 1 for before, after in pairwise(numbers)):
             return f"{numbers[0]}..{numbers[-1]}"
         return f"{{{', '.join(literals)}}}"
 

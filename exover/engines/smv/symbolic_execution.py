@@ -19,7 +19,7 @@ from exover.engines.smv.expression import (
 from exover.engines.smv.names import SmvNames
 from exover.engines.smv.predicates import SymbolConditions
 from exover.loop.finite.execution import SymbolicExecution
-from exover.loop.finite.program import Program, Walk
+from exover.loop.finite.program import Branch, Walk
 from exover.ocrd.tables import Node, Tables
 
 
@@ -126,13 +126,9 @@ class DefineExecution(SymbolicExecution[Expr]):
         cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
         self.set(var, cases)
 
-    def switch(self, var: int, cases: tuple[Program, ...], where: Expr) -> None:
-        """Run the case of the value that a variable has, cases that are alike as one."""
-        now, alike = self._conditions, dict[Program, list[int]]()
-        for value, case in enumerate(cases):
-            if case:
-                alike.setdefault(case, []).append(value)
-        here = [(case, where & now.among(var, values)) for case, values in alike.items()]
+    def switch(self, var: int, branches: list[Branch], where: Expr) -> None:
+        """Run the case of the value that a variable has."""
+        here = [(case, where & self._conditions.among(var, values)) for case, values in branches if case]
         first = most = self._chosen
         for case, when in [(case, self.named(when, "if")) for case, when in here]:
             self._chosen = first  # one case is run at most, so all can choose by the same inputs

@@ -166,6 +166,10 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
 
     # ---- the parts of steps ----
 
+    def _one_object(self, program: Program) -> Program:
+        """Return the object that stands for all programs equal to this one."""
+        return self._shared.setdefault(program, program)
+
     def sequence(self, *parts: Program) -> Program:
         """Return the parts one after the other."""
         return tuple(chain.from_iterable(parts))
@@ -216,9 +220,8 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 
     def rejected(self, newcomer: FiniteNewcomer, rule: str) -> Program:
-        """Return the part that rejects the newcomer for a rule; equal programs are one object."""
-        found = super().rejected(newcomer, rule)
-        return self._shared.setdefault(found, found)
+        """Return the part that rejects the newcomer for a rule."""
+        return self._one_object(super().rejected(newcomer, rule))
 
     def killed(self, node: Node) -> Program:
         """Return the part that kills the slots which a node names, for its rule; cached by target and rule."""
@@ -241,7 +244,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
                 for key, order in zip(orders, newcomer.choice, strict=True)
                 if key in self.index
             ]
-            slots = (Switch(self.index["phase", slot], (tuple(here), slots, slots)),)
+            slots = self._one_object((Switch(self.index["phase", slot], (tuple(here), slots, slots)),))
         return slots
 
     def stopped(self, request: int, number: int) -> Program:

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from typing import Generic, assert_never
 
 from exover.loop.diagram_walk import S, follow
-from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
+from exover.loop.finite.program import Apply, Assign, Branch, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import Node, Tables
 
 
@@ -37,8 +37,8 @@ class SymbolicExecution(ABC, Generic[S]):
                 self.choose(var, values, where)
             case Require(var, values):
                 self.require(var, values, where)
-            case Switch(var, cases):
-                self.switch(var, cases, where)
+            case Switch(var):
+                self.switch(var, op.branches(), where)
             case Walk():
                 self.walk(op, where)
             case Mark(label):
@@ -77,8 +77,8 @@ class SymbolicExecution(ABC, Generic[S]):
         """Stop where a variable has none of these values."""
 
     @abstractmethod
-    def switch(self, var: int, cases: tuple[Program, ...], where: S) -> None:
-        """Run the case of the value that a variable has."""
+    def switch(self, var: int, branches: list[Branch], where: S) -> None:
+        """Run the case of the value that a variable has; `branches`: each case with its values."""
 
     @abstractmethod
     def mark(self, label: tuple[str, ...], where: S) -> None:

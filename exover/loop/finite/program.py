@@ -5,6 +5,7 @@ tables. Every operation but `Choose` is deterministic.
 """
 
 from collections.abc import Iterator
+from dataclasses import field
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -58,6 +59,21 @@ class Switch:
 
     var: int
     cases: tuple["Program", ...]
+    _hash: int = field(init=False, repr=False, compare=False)
+    """Made once: programs share their parts, so that the paths through them are many more than these."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_hash", hash((self.var, self.cases)))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def branches(self) -> "list[Branch]":
+        """Return the different cases, each with the values for which it is done."""
+        found: dict[Program, tuple[int, ...]] = {}
+        for value, case in enumerate(self.cases):
+            found[case] = (*found.get(case, ()), value)
+        return list(found.items())
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +87,13 @@ class Walk:
     fixed: tuple[tuple[int, int], ...]
     on: tuple[tuple[int, "Program"], ...]
     end: "Program" = ()
+    _hash: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_hash", hash((self.root, self.fixed, self.on, self.end)))
+
+    def __hash__(self) -> int:
+        return self._hash
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +110,7 @@ class Mark:
 
 Op = Assign | Apply | Choose | Require | Switch | Walk | Mark
 Program = tuple[Op, ...]
+Branch = tuple[Program, tuple[int, ...]]
 
 
 def operations(program: Program) -> Iterator[Op]:
