@@ -4,7 +4,7 @@ import errno
 import os
 import stat
 from codecs import BOM_UTF8
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import islice, pairwise
@@ -39,6 +39,16 @@ def find_properties(spec: str, name: str) -> list[str]:
         if file.stem == Path(spec).stem or meant == name:
             found.setdefault(os.path.realpath(file), str(file))
     return list(found.values())
+
+
+def below(folder: str, suffixes: tuple[str, ...], unread: Callable[[OSError], object]) -> Iterator[str]:
+    """Yield the paths in a folder and below, hidden folders left out, whose names end so.
+
+    `unread` takes the error of each folder that cannot be read.
+    """
+    for place, folders, names in os.walk(folder, onerror=unread):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        yield from (os.path.normpath(os.path.join(place, name)) for name in sorted(names) if name.endswith(suffixes))
 
 
 def find_specs(properties: str) -> list[str]:

@@ -16,7 +16,6 @@ from exover.cli.values import (
     mebibytes,
     names,
     output,
-    path,
     renaming,
     seconds,
 )
@@ -277,7 +276,6 @@ def _emit(verbs: Any) -> None:
     emit.add_argument(
         "--out",
         metavar="DIR",
-        type=path("the name of the folder is empty; . is the current one"),
         required=True,
         help="the folder to write to",
     )
@@ -292,8 +290,9 @@ def _gate(verbs: Any) -> None:
     mcp = sides.add_parser("mcp", help="stand between an MCP client and an MCP server")
     ros2 = sides.add_parser("ros2", help="stand between clients and servers of ROS 2 (extra exover[ros2])")
     for side in (check, mcp, ros2):
-        side.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
-        side.add_argument("--bind", metavar="BINDING", required=True, help="the binding, NAME.bind.toml; or -")
+        stdin = "" if side is mcp else "; or -"
+        side.add_argument("spec", metavar="SPEC", help=f"the spec, an .exo file{stdin}")
+        side.add_argument("--bind", metavar="BINDING", required=True, help=f"the binding, NAME.bind.toml{stdin}")
     for side in (mcp, ros2):
         side.add_argument("--log", metavar="FILE", help="append what is decided to a file, one JSON object a line")
         side.add_argument(
@@ -314,10 +313,13 @@ def _gate(verbs: Any) -> None:
     ros2.add_argument(
         "--decisions",
         metavar="TOPIC",
+        type=str,  # as it is, even empty
         default="/exover/decisions",
         help="the topic of decisions, '' for none (default: %(default)s)",
     )
-    mcp.add_argument("server", metavar="SERVER", nargs="+", help="the command that starts the server, behind --")
+    mcp.add_argument(
+        "server", metavar="SERVER", nargs="+", type=str, help="the command that starts the server, behind --"
+    )
 
 
 def _audit(verbs: Any) -> None:
@@ -381,7 +383,6 @@ def _serve(verbs: Any) -> None:
     serve.add_argument(
         "--socket",
         metavar="PATH",
-        type=path("the path is empty"),
         required=True,
         help="where to listen; the socket is made",
     )

@@ -203,7 +203,8 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
             for path, content in streams.items():
                 _write_into(path, content)
     except OSError as error:
-        raise CliError(f"cannot write {error.filename2 or path}: {error.strerror}") from error
+        why = os.strerror(errno.ENOTDIR) if isinstance(error, FileExistsError) else error.strerror
+        raise CliError(f"cannot write {error.filename2 or path}: {why}") from error
     finally:
         for made in missing:
             with suppress(OSError):  # not empty: everything is written

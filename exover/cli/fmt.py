@@ -4,7 +4,7 @@ import argparse
 import os
 import stat
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
 from exover.cli.files import read_language, shown, source_of, write_all
@@ -12,10 +12,12 @@ from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.diagnostics import render_all
 from exover.emit.artefact import Artefact
+from exover.places import SPEC, SUFFIX, below
 from exover.syntax.layout import formatted
 
 Result = Literal["reformatted", "would be reformatted", "left unchanged"]
-SUFFIXES = (".exo", ".prop")
+SUFFIXES = (SPEC, SUFFIX)
+UNREAD = "that cannot be read or written"
 
 
 class _Mistaken(CliError):
@@ -26,12 +28,17 @@ def run(arguments: argparse.Namespace) -> int:
     """Format the files, print which changed or would, and return the status; a mistake in one stops no other."""
     results: Counter[Result] = Counter()
     wrong: Counter[str] = Counter()
-    for path in dict.fromkeys(_files(arguments.files)):
+
+    def unread(error: OSError) -> None:
+        complain(f"exover: error: cannot read {error.filename}: {error.strerror}")
+        wrong[UNREAD] += 1
+
+    for path in dict.fromkeys(_files(arguments.files, unread)):
         try:
             result, content = _format(path, arguments.check)
         except CliError as refusal:
             complain(f"exover: error: {refusal}")
-            wrong["with mistakes" if isinstance(refusal, _Mistaken) else "that cannot be read or written"] += 1
+            wrong["with mistakes" if isinstance(refusal, _Mistaken) else UNREAD] += 1
             continue
         results[result] += 1
         if path == "-" and not arguments.check:
@@ -46,21 +53,17 @@ def run(arguments: argparse.Namespace) -> int:
     return ExitStatus.VIOLATED if results["would be reformatted"] else ExitStatus.OK
 
 
-def _files(paths: Iterable[str]) -> Iterator[str]:
-    """Yield the files; for a folder, the regular files of the language in it and below, without hidden folders."""
+def _files(paths: Iterable[str], unread: Callable[[OSError], None]) -> Iterator[str]:
+    """Yield the files; for a folder, the regular files of the language `below` it, as `unread` is for that."""
     for path in paths:
         if not os.path.isdir(path):
             yield path
             continue
-        for folder, folders, names in os.walk(path):
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            found = sorted(name for name in names if name.endswith(SUFFIXES))
-            there = (os.path.normpath(os.path.join(folder, name)) for name in found)
-            for file in there:
-                if os.path.isfile(file):
-                    yield file
-                else:  # opening a pipe would wait
-                    complain(f"exover: note: {file} is passed over: it is no regular file")
+        for file in below(path, SUFFIXES, unread):
+            if os.path.isfile(file):
+                yield file
+            else:  # opening a pipe would wait
+                complain(f"exover: note: {file} is passed over: it is no regular file")
 
 
 def _format(path: str, check: bool) -> tuple[Result, bytes]:

@@ -28,6 +28,8 @@ from exover.run.simulate import Engine
 def run(arguments: argparse.Namespace) -> int:
     """Run `exover gate check`, `exover gate mcp` or `exover gate ros2`, and return the exit status."""
     refuse_twice(arguments.spec, arguments.bind)
+    if arguments.side == "mcp" and "-" in (arguments.spec, arguments.bind):
+        raise CliError("standard input is the client's: name the spec and the binding")
     model = read_spec(arguments.spec)
     binding = binding_of(arguments.bind, model)
     if arguments.side == "mcp":
@@ -39,8 +41,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
-    if "-" in (arguments.spec, arguments.bind):
-        raise CliError("standard input is the client's: name the spec and the binding")
     for bound in binding.requests:
         if bound.kind != "tool":
             raise CliError(f"{bound.request} is bound to a ROS 2 {bound.kind}, and this gate serves MCP tools")

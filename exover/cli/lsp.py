@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, cast
 from exover.cli.files import standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain
-from exover.engines.process import ENDING
+from exover.ending import ENDING
 
 if TYPE_CHECKING:
     from exover.editor.server import SpecServer
@@ -32,14 +32,17 @@ def run(arguments: argparse.Namespace) -> int:
         questions.end()
 
     for number in ENDING:
-        signal.signal(number, end)
+        if callable(signal.getsignal(number)):
+            signal.signal(number, end)
     questions.hear_signals()
     if sys.stdin is not None and sys.stdin.isatty():
         complain("exover: note: an editor is expected on standard input, which is a terminal; Ctrl-C ends this")
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     server.start_io(BufferedReader(questions), cast(BinaryIO, Answers()))
     server.reader.shutdown(wait=False, cancel_futures=True)
-    return 128 + heard[0] if heard else ExitStatus.OK
+    if not heard:
+        return ExitStatus.OK
+    return ExitStatus.INTERRUPTED if heard[0] == signal.SIGINT else ExitStatus.TERMINATED
 
 
 def _server() -> "SpecServer":

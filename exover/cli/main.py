@@ -17,6 +17,7 @@ from exover.cli.arguments import parser
 from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
+from exover.ending import HANGUP
 from exover.raised import is_raised
 
 OUTPUTS = ("out", "log", "events", "output", "certificate")
@@ -31,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with outcome, persistent_signals():
         started = monotonic()
         gc.set_threshold(OBJECTS)
-        signal.signal(signal.SIGTERM, _terminated)
+        _end_by_signals()
         arguments = parser().parse_args(argv, argparse.Namespace(started=started))
         _refuse_overwriting(arguments)
         outcome.status = import_module(f"exover.cli.{getattr(arguments, 'module', arguments.verb)}").run(arguments)
@@ -86,6 +87,13 @@ def _explain(error: BaseException) -> None:
         complain("".join(traceback.format_exception(error)).rstrip())
     what = f"{type(error).__name__}: {error}".rstrip(": ").replace("\n", " ")
     complain(f"exover: internal fault: {what}; please report it (EXOVER_DEBUG=1 shows where it happened)")
+
+
+def _end_by_signals() -> None:
+    """Let SIGTERM, and the end of the terminal unless it is ignored (as by `nohup`), end the command in order."""
+    signal.signal(signal.SIGTERM, _terminated)
+    if HANGUP is not None and signal.getsignal(HANGUP) != signal.SIG_IGN:
+        signal.signal(HANGUP, _terminated)
 
 
 def _terminated(number: int, frame: FrameType | None) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from exover.cli.streams import out
+from exover.cli.values import text
 
 
 class Lists(tuple[str, ...]):
@@ -21,6 +22,12 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **options})
+        self.register("type", None, text)
+
+    def add_subparsers(self, **options: Any) -> Any:
+        """Add verbs, whose parsers read the values of the arguments behind them."""
+        self.register("type", None, str)
+        return super().add_subparsers(**options)
 
     def parse_known_args(  # type: ignore[override]  # its overloads are about the type of the namespace
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None

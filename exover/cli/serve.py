@@ -77,7 +77,7 @@ def _listening(path: str) -> Iterator[socket.socket]:
 def _clear(path: str) -> None:
     """Remove the socket file of a process that has ended; `CliError` if the path is anything else that exists."""
     try:
-        mode = os.stat(path).st_mode
+        mode = os.lstat(path).st_mode
     except OSError:
         return
     if not stat.S_ISSOCK(mode):

@@ -22,7 +22,8 @@ from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain
 from exover.dataclass import dataclass
-from exover.engines.process import ENDING, die_with, uninterrupted
+from exover.ending import ENDING, leave_ending_to_parent
+from exover.engines.process import die_with, uninterrupted
 from exover.engines.scratch import Scratch, files_in
 from exover.loop.claim import Verdict
 from exover.pipeline import Build
@@ -126,8 +127,7 @@ def _serve(
 
     `scratch`: the folder of its temporary files.
     """
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_ending_to_parent()
     signal.signal(STOP, signal.default_int_handler)
     if die_with(parent):
         files_in(scratch)

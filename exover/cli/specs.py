@@ -4,11 +4,12 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import NoReturn
 
 from exover.cli.policy import CONFIG, find_config
 from exover.cli.status import CliError
 from exover.dataclass import dataclass
-from exover.places import SPEC, SUFFIX, find_including, find_specs, is_part
+from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +53,13 @@ def _some(specs: Iterable[str], otherwise: str) -> list[str]:
 
 
 def _below(folder: Path) -> Iterator[str]:
-    for file in sorted(folder.rglob(f"*{SPEC}")):
-        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
-        if file.is_file() and not hidden and not _is_part(str(file)):
+    for file in sorted(map(Path, below(str(folder), (SPEC,), _refuse))):
+        if file.is_file() and not file.name.startswith(".") and not _is_part(str(file)):
             yield str(file)
+
+
+def _refuse(error: OSError) -> NoReturn:
+    raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
 
 
 def _is_part(path: str) -> bool:
@@ -80,7 +84,7 @@ def _asked(look: Callable[[str], list[str]], file: str) -> list[str]:
     try:
         return look(file)
     except OSError as error:
-        raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
+        _refuse(error)
 
 
 def _configured(config: str) -> Iterator[str]:

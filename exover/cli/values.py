@@ -2,7 +2,6 @@
 
 import argparse
 import os
-from collections.abc import Callable
 from contextlib import suppress
 
 REPORT_FORMATS = ("text", "json", "sarif", "junit", "github")
@@ -26,15 +25,11 @@ def output(text: str) -> tuple[str, str]:
     return form, file
 
 
-def path(why: str) -> Callable[[str], str]:
-    """Return a converter that takes any path but an empty one; `why`: the error message for that."""
-
-    def filled(text: str) -> str:
-        if text:
-            return text
-        raise argparse.ArgumentTypeError(why)
-
-    return filled
+def text(given: str) -> str:
+    """Return any text but an empty one, as which a shell passes a variable that is not set."""
+    if given:
+        return given
+    raise argparse.ArgumentTypeError("the value is empty")
 
 
 def renaming(text: str) -> tuple[str, str]:

@@ -17,8 +17,6 @@ LOOK = 0.1
 BEHIND = 3
 """What `step_back` adds to the nice value: beside two busy processes on two processors, two fifths of one are left."""
 KILL = int(getattr(signal, "SIGKILL", 9))
-ENDING = signal.SIGINT, signal.SIGTERM
-"""Signals after which a command cleans up and ends."""
 RESTORED = [int(getattr(signal, name)) for name in ("SIGPIPE", "SIGXFSZ") if hasattr(signal, name)]
 """Signals that Python ignores, and that are reset to their default in a program that it starts."""
 KEEPER = f"""

@@ -41,18 +41,20 @@ class JournalFile:
         self._clock = clock
         self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o644)
         self._lost = 0
+        self._begun = b"" if _ends_whole(path) else b"\n"
+        """What ends the half of a line that was in the file before."""
 
     def __call__(self, line: bytes) -> None:
         """Write a line."""
         note = _stamped(f'{{"lost": {self._lost}}}', self._clock()) if self._lost else b""
         try:
-            self._write(note + line)
+            self._write(self._begun + note + line)
         except OSError as error:
             if not self._lost:
                 self._complain(f"cannot write {self._path}: {error.strerror}; decisions go on, and are not in it")
             self._lost += 1
         else:
-            self._lost = 0
+            self._lost, self._begun = 0, b""
 
     def _write(self, data: bytes) -> None:
         written = os.write(self._file, data)
@@ -67,6 +69,16 @@ class JournalFile:
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
+
+
+def _ends_whole(path: str) -> bool:
+    """Return whether a file ends with a line end or is empty; True if that cannot be found out, as of a pipe."""
+    if os.path.isfile(path):
+        with suppress(OSError), open(path, "rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - 1))
+            return file.read(1) in (b"", b"\n")
+    return True
 
 
 def _stamped(entry: str, now: float) -> bytes:

@@ -44,7 +44,7 @@ def read_object(line: str | bytes) -> Json | Invalid:
     if 4 * len(line) > MAX_LINE and _size(line) > MAX_LINE:  # a character has up to four bytes
         return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
     try:
-        text = line.decode("utf-8-sig") if isinstance(line, bytes) else line.removeprefix("\ufeff")
+        text = (line.decode() if isinstance(line, bytes) else line).removeprefix("\ufeff")
         found = _DECODER.decode(text.rstrip("\r\n"))
     except UnicodeDecodeError as error:
         return Invalid("bad-event", f"the line is not UTF-8: {error.reason} at byte {error.start + 1}")

@@ -200,7 +200,10 @@ class CheckerServer:
         while len(client.coming) >= _LENGTH.size:
             (length,) = _LENGTH.unpack_from(client.coming)
             if length > MAX_LINE:
-                self._drop(client, f"a record of {length} bytes, and at most {MAX_LINE} are read")
+                self.tell(
+                    f"client {client.number} is let go: a record of {length} bytes, and at most {MAX_LINE} are read"
+                )
+                client.ended = True  # so that it gets the answers to what it sent before
                 return
             end = _LENGTH.size + length
             if len(client.coming) < end:
@@ -230,8 +233,10 @@ class CheckerServer:
         entries = read_object(line)
         if isinstance(entries, Invalid):
             return entries
-        if entries.keys() != {"listen"}:
+        if "listen" not in entries:
             return read_entries(self.model, entries)
+        if len(entries) > 1:
+            return Invalid("bad-event", "`listen` has something beside it")
         if not isinstance(entries["listen"], bool):
             return Invalid("bad-event", "`listen` is true or false")
         client.listens = entries["listen"]

@@ -170,7 +170,7 @@ def test_unchecked_tables_say_so(run, spec, tmp_path):
 def test_a_folder_that_cannot_be_written(run, spec, tmp_path):
     (tmp_path / "taken").write_text(SPEC)
     for out, told in (
-        ("taken", "cannot write taken: File exists"),
+        ("taken", "cannot write taken: Not a directory"),
         ("demo.exo", "demo.exo cannot be written over: the command reads it"),
     ):
         done = run("emit", spec, "--target", "bin", "--out", out)

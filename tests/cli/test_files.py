@@ -194,7 +194,7 @@ def test_a_device_takes_several_reports(run, spec: Path) -> None:
 def test_a_file_in_the_way(tmp_path: Path) -> None:
     (tmp_path / "out").write_bytes(b"mine")
     for out in ("out", "out/deeper"):
-        with pytest.raises(CliError, match=rf"cannot write .*{out}: (File exists|Not a directory)"):
+        with pytest.raises(CliError, match=rf"cannot write .*{out}: Not a directory"):
             write_all(str(tmp_path / out), TWO)
     assert tree(tmp_path) == {"out": b"mine"}
 

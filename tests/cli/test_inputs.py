@@ -1,5 +1,6 @@
 """Every kind of bad input: a clear message that names the place, status 2, no traceback, nothing on standard output."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import sys
 import pytest
 
 from exover.cli import files
+from exover.cli.arguments import parser
 from exover.syntax import parse
 from tests.support.command import environment
 
@@ -64,6 +66,30 @@ def test_unreadable(run, spec):
 
 
 @pytest.mark.parametrize(
+    ("command", "counts"), [(("check", "."), ""), (("fmt", "."), "1 file left unchanged, 1 that cannot be read")]
+)
+def test_a_folder_that_cannot_be_read_is_not_passed_over(run, spec, monkeypatch, command, counts):
+    run("fmt", spec)
+    (spec.parent / "locked").mkdir()
+    real = os.scandir
+
+    def scandir(path):
+        if os.path.basename(path) == "locked":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+        return real(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    refused(run(*command), "exover: error: cannot read ./locked: Permission denied\n", counts)
+
+
+def test_what_is_passed_on_may_be_empty():
+    given = parser().parse_args(["gate", "mcp", "a", "--bind", "b", "--", "server", ""])
+    assert given.server == ["server", ""]
+    given = parser().parse_args(["gate", "ros2", "a", "--bind", "b", "--decisions", ""])
+    assert given.decisions == ""
+
+
+@pytest.mark.parametrize(
     ("content", "needles"),
     [
         (b"", ("error[E004]", "a.exo:1:1")),
@@ -111,7 +137,10 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
         (("check",), "SPEC"),
         (("emit", "a", "--out", "x"), "--target"),
         (("emit", "a", "--target", "c"), "--out"),
-        (("emit", "a", "--target", "c", "--out", ""), "argument --out: the name of the folder is empty"),
+        (("emit", "a", "--target", "c", "--out", ""), "argument --out: the value is empty"),
+        (("check", ""), "argument SPEC: the value is empty"),
+        (("check", "a", "--certificate", ""), "argument --certificate: the value is empty"),
+        (("audit", "a", "b", "--bind="), "argument --bind: the value is empty"),
         (("graph", "a", "--only", "excludes,foo"), "invalid choice: 'foo' (choose from "),
         (("emit", "a", "--target", "pdf", "--out", "x"), "invalid choice: 'pdf'"),
     ],

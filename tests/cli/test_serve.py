@@ -8,6 +8,7 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
@@ -273,6 +274,24 @@ def test_a_record_that_is_too_long_ends_the_connection_alone(served: Served) -> 
     assert plain.ask(GOTO)[0]["launch"] == "nd.goto"
 
 
+def test_what_was_sent_before_a_record_that_is_too_long_is_answered(served: Served) -> None:
+    peer = served.peer(b"EXO1")
+    ask = struct.pack("<I", 2) + bytes([1, 255])
+    peer.socket.sendall(3 * ask + struct.pack("<I", 1 << 30) + ask)
+    assert len([peer.record() for _ in range(4)]) == 4
+    with pytest.raises(EOFError):
+        peer.record()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of another process are of Linux")
+def test_a_first_line_is_read_though_no_file_can_be_opened(served: Served) -> None:
+    peer, later = served.peer(), served.peer(b"EXO1")
+    later.record()  # so both are accepted
+    resource.prlimit(served.process.pid, resource.RLIMIT_NOFILE, (3, 3))
+    peer.socket.sendall(b"\xef\xbb\xbf" + json.dumps(GOTO).encode() + b"\n")
+    assert peer.hear()["actions"][0]["launch"] == "nd.goto"
+
+
 def test_a_listener_that_does_not_read_is_let_go_and_nobody_waits_for_it(
     tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -406,6 +425,9 @@ def test_what_is_left_of_a_killed_process_is_replaced_and_nothing_else(run, tmp_
     done = run("serve", "demo.exo", "--socket", "sock", "--engine", "tables")
     assert (done.returncode, done.stderr) == (2, "exover: error: sock is there and is no socket\n")
     assert (tmp_path / "sock").read_text() == "mine"
+    (tmp_path / "sock").unlink()
+    (tmp_path / "sock").symlink_to("nowhere")
+    assert run("serve", "demo.exo", "--socket", "sock", "--engine", "tables").stderr == done.stderr
     done = run("serve", "demo.exo", "--socket", "no/folder/sock", "--engine", "tables")
     assert (done.returncode, "cannot listen at no/folder/sock" in done.stderr) == (2, True)
 

@@ -212,7 +212,9 @@ def test_the_time_limit_is_for_all_of_them(folder: Path) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are counted in /proc")
 @pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(
+    ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 143), (signal.SIGKILL, -9)]
+)
 def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, number: int, status: int, jobs: int) -> None:
     command = [sys.executable, "-c", SLEEPING, "check", str(folder), "--engine", "bdd", "--jobs", str(jobs)]
     with subprocess.Popen(

@@ -56,6 +56,16 @@ def test_half_a_line_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert (tmp_path / "log").read_bytes() == whole and len(told) == 1
 
 
+def test_half_a_line_that_was_there_is_ended_first(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(b'{"a": 1}\n{"b')
+    journal = JournalFile(str(path), print)
+    journal(b'{"c": 2}\n')
+    journal(b'{"d": 3}\n')
+    journal.close()
+    assert path.read_bytes() == b'{"a": 1}\n{"b\n{"c": 2}\n{"d": 3}\n'
+
+
 def test_what_somebody_else_has_written_behind_half_a_line_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

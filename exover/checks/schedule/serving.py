@@ -1,7 +1,6 @@
 """The worker process: it receives turns through a channel, and sends back answers, progress and failures."""
 
 import os
-import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from typing import Any, TypeVar
 
 from exover.checks.schedule.agenda import Turn
 from exover.dataclass import dataclass
+from exover.ending import leave_ending_to_parent
 from exover.engines.process import die_with, step_back
 from exover.engines.scratch import files_in
 from exover.loop.claim import Progress
@@ -37,8 +37,7 @@ def serve(
 
     `memory`: its limit in MiB; `behind`: run at a lower priority; `scratch`: the folder of its temporary files.
     """
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_ending_to_parent()
     if not die_with(parent):
         return
     files_in(scratch)

@@ -23,7 +23,8 @@ from exover.checks.schedule.agenda import Agenda, Turn
 from exover.checks.schedule.limits import Limits
 from exover.checks.schedule.serving import Work, is_memory, serve
 from exover.dataclass import dataclass
-from exover.engines.process import ENDING, uninterrupted
+from exover.ending import ENDING
+from exover.engines.process import uninterrupted
 from exover.engines.scratch import Scratch
 from exover.loop.claim import Progress
 

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
-from exover.engines.process import ENDING
+from exover.ending import ENDING
 
 
 class DeferredSignals:
-    """A context that notes the first SIGINT or SIGTERM and raises it again on exit. A second one takes effect at once.
+    """A context that notes the first signal of `ENDING` and raises it again on exit. A second one takes effect at once.
 
     Use it in the main thread only.
     """
@@ -21,7 +21,9 @@ class DeferredSignals:
 
     def __enter__(self) -> "DeferredSignals":
         """Install the handlers."""
-        self._before = {number: signal.signal(number, self._note) for number in ENDING}
+        self._before = {
+            number: signal.signal(number, self._note) for number in ENDING if callable(signal.getsignal(number))
+        }
         return self
 
     def _note(self, number: int, frame: FrameType | None) -> None:
