@@ -42,10 +42,11 @@ def command_in(variable: str) -> list[str]:
 def compile_in(folder: Path, command: Sequence[str], makes: str | None, language: str = "C") -> None:
     """Run a compiler in a folder to make the file `makes` there (`None`: the command knows which).
 
-    Raises `NativeUnavailable` if that fails.
+    Its temporary files are in the folder, too, so that it leaves none elsewhere if it is killed. Raises
+    `NativeUnavailable` if that fails.
     """
     try:
-        ended = run(command, folder)
+        ended = run(command, folder, {**os.environ, "TMPDIR": str(folder.absolute())})
     except NotRunnable as reason:
         raise NativeUnavailable(f"there is no {language} compiler: {reason}") from reason
     if ended.status:

@@ -9,6 +9,7 @@ from time import monotonic, sleep
 
 import pytest
 
+from exover.engines.compiler import compile_in
 from exover.engines.process import NotRunnable, run
 
 BOTH = "import sys; print('out', sys.argv[1]); print('err', file=sys.stderr); sys.exit(3)"
@@ -26,6 +27,11 @@ def test_a_signal_is_a_status_as_the_shell_has_it(name: str, tmp_path: Path) -> 
     """Also one that Python ignores: the command does not."""
     number = int(getattr(signal, f"SIG{name}"))
     assert run(["sh", "-c", f"kill -{number} $$"], tmp_path).status == 128 + number
+
+
+def test_a_compiler_leaves_its_temporary_files_where_it_works(tmp_path: Path) -> None:
+    compile_in(tmp_path, ["sh", "-c", 'touch "$TMPDIR/made"'], "made")
+    assert [path.name for path in tmp_path.iterdir()] == ["made"]
 
 
 @pytest.mark.parametrize("what", ["missing", "folder", "text"])
