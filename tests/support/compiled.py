@@ -5,7 +5,7 @@ import os
 import shlex
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import which
@@ -57,11 +57,11 @@ def kept_in(store: Path) -> Iterator[None]:
     """
     store.mkdir(exist_ok=True)
 
-    def compiled(command: Sequence[str], folder: Path) -> Ended:
+    def compiled(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Ended:
         program = which(command[0])
         words = command[command[0] == str(store / "cc") :]
         if program is None or any(Path(word).is_absolute() for word in words):
-            return run(command, folder)  # it reads what is not in the folder, or is no compiler of the system
+            return run(command, folder, environment)  # it reads what is not in the folder, or is no compiler of the system
         made = store / _key(program, command, folder)
         if not made.is_dir():
             before = _stamps(folder)
