@@ -61,7 +61,7 @@ def kept_in(store: Path) -> Iterator[None]:
         program = which(command[0])
         words = command[command[0] == str(store / "cc") :]
         if program is None or any(Path(word).is_absolute() for word in words):
-            return run(command, folder, environment)  # it reads what is not in the folder, or is no compiler of the system
+            return run(command, folder, environment)  # not of the system, or it reads other folders
         made = store / _key(program, command, folder)
         if not made.is_dir():
             before = _stamps(folder)
