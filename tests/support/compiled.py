@@ -65,7 +65,7 @@ def kept_in(store: Path) -> Iterator[None]:
         made = store / _key(program, command, folder)
         if not made.is_dir():
             before = _stamps(folder)
-            ended = _run(command, folder)
+            ended = _run(command, folder, environment)
             if ended.status:
                 return ended
             _keep([file for file, stamp in _stamps(folder).items() if before.get(file) != stamp], made)
@@ -76,9 +76,11 @@ def kept_in(store: Path) -> Iterator[None]:
         yield
 
 
-def _run(command: Sequence[str], folder: Path) -> Ended:
+def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Ended:
     """Run a compiler without the process that would end it after us: that takes as long as a small compilation."""
-    done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
+    )
     return Ended(done.returncode, done.stdout, done.stderr)
 
 
