@@ -139,7 +139,9 @@ class NameScope:
 
     def _may_read(self, kind: ReadKind, name: str, span: Span, define: str) -> bool:
         through = f", as {quote(define)} does" if define else ""
-        if kind == "pair" and "poster" in self.standing.allowed and "pair" not in self.standing.allowed:
+        if kind == "pair" and "poster" not in self.standing.allowed:
+            return True  # the posters that it compares are refused
+        if kind == "pair" and "pair" not in self.standing.allowed:
             message = f"{self.standing.name} compares a real poster with a constant only{through}"
             self.mistakes.add("E313", message, span, hint="guards and `fail when` compare it with other reals")
         elif kind not in self.standing.allowed:

@@ -417,6 +417,10 @@ MESSAGES = [
     ("forbid active(m.a) and battery;", "a condition is needed, `battery` is an int"),
     ("forbid active(m.a) and none;", "a condition is needed, `none` is an enum value"),
     ("define d = waiting(m.b); forbid d;", "`forbid` cannot read `waiting(m.b)`, as `d` does"),
+    (
+        "define d = speed > top; resource q: 3; module z { request r() { uses q 1 when d; } }",
+        "this `when` cannot read `speed`, as `d` does",
+    ),
 ]
 
 

@@ -10,7 +10,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.loop.finite.execution import SymbolicExecution
-from exover.loop.finite.program import Branch, Program
+from exover.loop.finite.program import Program, SwitchCase
 from exover.model.property import Label
 from exover.ocrd.tables import Node, Tables
 
@@ -126,7 +126,7 @@ class _Execution(SymbolicExecution[Set]):
         """Stop where a variable has none of these values."""
         self.enabled &= ~where | self._now(self.space.among(var, values))
 
-    def switch(self, var: int, branches: list[Branch], where: Set) -> None:
+    def switch(self, var: int, branches: list[SwitchCase], where: Set) -> None:
         """Run the case of the value that a variable has."""
         here = [(case, where & self._now(self.space.among(var, values))) for case, values in branches]
         for case, part in here:

@@ -19,7 +19,7 @@ from exover.engines.smv.expression import (
 from exover.engines.smv.names import SmvNames
 from exover.engines.smv.predicates import SymbolConditions
 from exover.loop.finite.execution import SymbolicExecution
-from exover.loop.finite.program import Branch, Walk
+from exover.loop.finite.program import SwitchCase, Walk
 from exover.ocrd.tables import Node, Tables
 
 
@@ -126,7 +126,7 @@ class DefineExecution(SymbolicExecution[Expr]):
         cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
         self.set(var, cases)
 
-    def switch(self, var: int, branches: list[Branch], where: Expr) -> None:
+    def switch(self, var: int, branches: list[SwitchCase], where: Expr) -> None:
         """Run the case of the value that a variable has."""
         here = [(case, where & self._conditions.among(var, values)) for case, values in branches if case]
         first = most = self._chosen

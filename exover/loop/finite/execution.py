@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from typing import Generic, assert_never
 
 from exover.loop.diagram_walk import S, follow
-from exover.loop.finite.program import Apply, Assign, Branch, Choose, Mark, Op, Program, Require, Switch, Walk
+from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, SwitchCase, Walk
 from exover.ocrd.tables import Node, Tables
 
 
@@ -77,7 +77,7 @@ class SymbolicExecution(ABC, Generic[S]):
         """Stop where a variable has none of these values."""
 
     @abstractmethod
-    def switch(self, var: int, branches: list[Branch], where: S) -> None:
+    def switch(self, var: int, branches: list[SwitchCase], where: S) -> None:
         """Run the case of the value that a variable has; `branches`: each case with its values."""
 
     @abstractmethod

@@ -68,7 +68,7 @@ class Switch:
     def __hash__(self) -> int:
         return self._hash
 
-    def branches(self) -> "list[Branch]":
+    def branches(self) -> "list[SwitchCase]":
         """Return the different cases, each with the values for which it is done."""
         found: dict[Program, tuple[int, ...]] = {}
         for value, case in enumerate(self.cases):
@@ -110,7 +110,7 @@ class Mark:
 
 Op = Assign | Apply | Choose | Require | Switch | Walk | Mark
 Program = tuple[Op, ...]
-Branch = tuple[Program, tuple[int, ...]]
+SwitchCase = tuple[Program, tuple[int, ...]]
 
 
 def operations(program: Program) -> Iterator[Op]:
