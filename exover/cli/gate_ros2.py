@@ -35,6 +35,9 @@ class Offered:
 
 def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:
     """Return a session with open ports, which does not answer yet; raises `CliError` if the binding or DDS fails."""
+    for folder in arguments.interfaces:
+        if not os.path.isdir(folder):
+            raise CliError(f"--interfaces: {folder} is no folder")
     interfaces = Interfaces(finder(arguments.interfaces, os.environ))
     domain = _domain() if arguments.domain is None else arguments.domain
     inner = domain if arguments.inner_domain is None else arguments.inner_domain

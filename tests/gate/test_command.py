@@ -77,6 +77,7 @@ def test_what_another_protocol_has_is_refused(tmp_path: Path, old: str, new: str
     [
         ("", "", (), "base.drive: the type yard_msgs/action/Drive is found nowhere"),
         ('inner = "/gated/drive"', "", ("--interfaces", str(INTERFACES)), "`/drive` is the outer name as well"),
+        ("", "", ("--interfaces", str(INTERFACES), "--interfaces", "nosuch"), "--interfaces: nosuch is no folder"),
         ("", "", ("--interfaces", str(INTERFACES), "--decisions", "a b"), "--decisions: `a b` is no name of ROS 2"),
         ("", "", ("--domain", "233"), "'233' is no DDS domain"),
     ],
