@@ -14,6 +14,7 @@ from exover.audit.follow import Follower
 from exover.audit.mission import Noted, Unread, read_line
 from exover.audit.native import MOST, NativeAuditor
 from exover.audit.result import MOST_MISTAKES, MOST_ROWS, MissionResult, Mistake
+from exover.audit.text import counted
 from exover.audit.trail import AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
@@ -109,8 +110,8 @@ class _Found:
     rows: list[AuditRow] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
     mistake_count: int = 0
-    none: int = 0
-    """The number of lines that are neither an event nor a deed of any spec."""
+    none: bool = False
+    """Whether a line is neither an event nor a deed of any spec."""
 
     def mistake(self, line: int, text: str) -> None:
         self.mistake_count += 1
@@ -140,7 +141,7 @@ class _Reading:
 
     def is_none(self, figures: MissionFigures) -> bool:
         """Return whether lines were read and none of them is a line of a mission."""
-        return bool(self.found.none) and figures.events + figures.deeds == self.found.none
+        return self.found.none and not figures.events + figures.deeds
 
     def _tell(self, row: AuditRow) -> None:
         self._table.add(row)
@@ -221,7 +222,7 @@ class _Reading:
         for item in noted.items:
             if isinstance(item, Unread) and item.foreign:
                 self.found.mistake(number, f"{item.fault.code}: {item.fault.detail}")
-                self.found.none += item.fault.code == "bad-event"
+                self.found.none |= item.kind == "other"
         return noted
 
 
@@ -230,6 +231,6 @@ def _notes(figures: MissionFigures, notes: list[str]) -> Iterator[str]:
     if not figures.events + figures.deeds:
         yield "it has no events"
     if figures.undecided:
-        yield f"{figures.undecided} launches are undecided: their arguments are not recorded"
+        yield f"{counted(figures.undecided, 'launch', 'launches')} undecided: no arguments are recorded"
     if figures.lost:
-        yield f"{figures.lost} lines of it are missing"
+        yield f"{counted(figures.lost, 'line')} of it missing"

@@ -64,11 +64,12 @@ class LostLines:
 class Unread:
     """An event, a deed or another line that cannot be read, with its fault, and its request if that is known.
 
-    An unread report with a known instance still says that the instance has ended.
+    `kind`: what it is as far as that is known; an `ask`, a `report` and a `launch` are of a known request. An unread
+    report with a known instance still says that the instance has ended.
     """
 
     fault: Invalid
-    kind: Literal["ask", "report", "launch", "other"] = "other"
+    kind: Literal["ask", "report", "event", "launch", "deed", "other"] = "other"
     request: str | None = None
     instance: int | None = None
 
@@ -194,11 +195,11 @@ def read_recorded(model: Model, entries: Json) -> Event | Unread:
     kind = next(kind for kind in KINDS if kind in entries)
     name = entries[kind]
     if kind not in ("ask", "report") or not isinstance(name, str) or name not in model.request:
-        return Unread(event)
+        return Unread(event, "event")
     if kind == "ask":
         return Unread(event, "ask", name)
     instance = _instance(model, name, entries)
-    return Unread(event) if isinstance(instance, Invalid) else Unread(event, "report", name, instance)
+    return Unread(event, "event") if isinstance(instance, Invalid) else Unread(event, "report", name, instance)
 
 
 def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
@@ -209,7 +210,7 @@ def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
     if not isinstance(name, str) or name not in model.request:
         fault = read_entries(model, {"abort": name})
         assert isinstance(fault, Invalid)
-        yield Unread(fault)
+        yield Unread(fault, "deed")
     elif kind == "wait":
         yield WaitDeed(name)
     elif kind == "reject":
@@ -217,7 +218,7 @@ def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
     else:
         instance = _instance(model, name, entries)
         if kind == "kill":
-            yield Unread(instance) if isinstance(instance, Invalid) else KillDeed(name, instance)
+            yield Unread(instance, "deed") if isinstance(instance, Invalid) else KillDeed(name, instance)
         else:
             yield _launch(model, name, instance, entries)
 

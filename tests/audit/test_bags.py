@@ -121,7 +121,7 @@ def test_goals_without_arguments_are_undecided(tmp_path: Path) -> None:
         "it has no arguments of the goals of /lift: /lift/_action/send_goal/_service_event was not recorded"
         in found.notes
     )
-    assert "1 launches are undecided: their arguments are not recorded" in found.notes
+    assert "1 launch undecided: no arguments are recorded" in found.notes
     assert "it has no results of hoist.turn: its ends are taken as failed" in found.notes
 
 

@@ -142,7 +142,7 @@ def test_pieces_of_lines_that_are_too_long(tmp_path: Path, auditor: MissionAudit
     lines = [b"", long, b'{"ask": "slew.turn"}', fits, b'{"ask": "slew.park"}', long]
     found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
     assert [mistake.line for mistake in found.mistakes] == [2, 6]
-    assert found.figures.events == 5
+    assert found.figures.events == 3
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\r\n{"ask": "slew.park"}')
     assert auditor.audit(str(tmp_path / "cut.jsonl"), "m").figures.events == 2
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\n{"ask": "slew.pa')
@@ -156,6 +156,23 @@ def test_a_mission_without_events_and_a_file_that_is_none(tmp_path: Path, audito
     assert none.error == "no line of it is an event: write one JSON object a line"
     for name in ("missing.jsonl", "missing.mcap"):
         assert auditor.audit(str(tmp_path / name), "m").error == "it cannot be read: No such file or directory"
+
+
+def test_a_line_that_is_no_event_is_not_counted_as_one(tmp_path: Path, auditor: MissionAuditor) -> None:
+    lines = [
+        '{"ask": "slew.turn", "actions": 5}',
+        '{"lost": "x"}',
+        "{",
+        '{"launch": 5}',
+        '{"kill": null}',
+        '{"event": 5}',
+    ]
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    assert (found.mistake_count, found.figures.events, found.figures.deeds, found.figures.invalid) == (6, 1, 2, 0)
+    deeds = auditor.audit(str(write(tmp_path, "d.jsonl", ['{"launch": 5}', "{"])), "d")
+    assert (deeds.error, deeds.figures.events, deeds.mistake_count) == ("", 0, 2)
+    unread = auditor.audit(str(write(tmp_path, "u.jsonl", ['{"ask": "nobody"}', '{"report": "slew.turn"}'])), "u")
+    assert (unread.error, unread.figures.events, unread.figures.invalid) == ("", 2, 2)
 
 
 def test_a_line_with_more_deeds_than_are_handed_in_at_once(tmp_path: Path, auditor: MissionAuditor) -> None:
