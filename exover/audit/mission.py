@@ -8,7 +8,7 @@ from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json
-from exover.model.wire_reading import read_entries, read_object
+from exover.model.wire_reading import read_entries, read_object, shown
 from exover.run.codec import C_CODES
 
 CODES = (*C_CODES, "wrong-type")
@@ -123,9 +123,11 @@ def read_noted(model: Model, entries: Json) -> Noted:
 
 
 def read_time(found: object) -> tuple[float, Invalid | None]:
-    """Return a time in seconds, NaN if this is no finite number; and a fault if it is a number that is not finite."""
-    if isinstance(found, bool) or not hasattr(found, "__float__"):
+    """Return a time in seconds, NaN if this is no finite number; and a fault if it is not None either."""
+    if found is None:
         return math.nan, None
+    if isinstance(found, bool) or not hasattr(found, "__float__"):
+        return math.nan, Invalid("wrong-type", f"`time` is {shown(found)}, not a number of seconds")
     try:
         time = float(found) + 0.0
     except OverflowError:

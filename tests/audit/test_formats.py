@@ -276,6 +276,18 @@ def test_an_answer_that_is_too_far_away_is_about_no_event_before(tmp_path: Path,
     assert [row.line for row in auditor.audit(str(write(tmp_path, "long.jsonl", long)), "m").rows] == [1]
 
 
+def test_a_time_that_is_no_number_is_a_mistake(tmp_path: Path, auditor: MissionAuditor) -> None:
+    lines = [f'{{"time": {time}, "ask": "slew.turn"}}' for time in ("1", '"x"', "true", "null", "[]", "1e999")]
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (2, "wrong-type: `time` is `x`, not a number of seconds"),
+        (3, "wrong-type: `time` is true, not a number of seconds"),
+        (5, "wrong-type: `time` is a list, not a number of seconds"),
+        (6, "out-of-range: `time` is no finite number of seconds"),
+    ]
+    assert found.figures.events == 6
+
+
 def test_the_time_of_a_record_is_finite_or_not_known(tmp_path: Path, auditor: MissionAuditor) -> None:
     path = tmp_path / "m.exor"
     with path.open("wb") as file:
