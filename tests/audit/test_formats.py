@@ -235,6 +235,68 @@ def test_columns_with_values_of_their_own_types(tmp_path: Path, auditor: Mission
     assert [(mistake.line, mistake.text[:9]) for mistake in found.mistakes] == [(3, "bad-event")]
 
 
+def timed(path: Path, time: Any, **columns: Any) -> Path:
+    """Write a table of two lifts that are too heavy in this wind, with these times."""
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    lifts = {"kind": ["observe", "launch"], "name": ["wind", "hoist.lift"], "value": ["30", None]}
+    pq.write_table(pa.table({"time": time, **lifts, "args": [None, '{"load": 11}'], **columns}), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("unit", "zone", "count", "seconds"),
+    (
+        ("ns", None, 1_700_000_000_123_456_789, 1_700_000_000.123_456_789),
+        ("us", None, -(10**17), -(10.0**11)),
+        ("us", "UTC", 3 * 10**18, 3e12),
+        ("s", None, 10**15, 1e15),
+        ("ms", "Mars/Phobos", 1500, 1.5),
+    ),
+)
+def test_any_timestamp_is_read(
+    tmp_path: Path, auditor: MissionAuditor, unit: str, zone: str | None, count: int, seconds: float
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    times = pa.array([None, count], pa.timestamp(unit, zone))
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", times)), "m")
+    assert (found.error, found.mistakes) == ("", ())
+    assert [(row.line, row.kind, row.time) for row in found.rows] == [(2, "launched", seconds)]
+
+
+def test_cells_that_cannot_be_read(tmp_path: Path, auditor: MissionAuditor) -> None:
+    pa = pytest.importorskip("pyarrow")
+    ends = pa.py_buffer(struct.pack("<3i", 0, 3, 5))
+    text = pa.Array.from_buffers(pa.string(), 2, [None, ends, pa.py_buffer(b"\xff\xfe\xfd30")])
+    at = pa.array([{"at": 1}, None], pa.struct([("at", pa.timestamp("ns"))]))
+    for column in ("name", "value"):
+        found = auditor.audit(str(timed(tmp_path / "m.parquet", [1, 2], **{column: text})), "m")
+        assert found.mistakes[0].line == 1
+        assert found.mistakes[0].text == f"bad-event: `{column}` is not UTF-8: invalid start byte at byte 1"
+        assert (found.error, found.figures.deeds) == ("", 1)
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", [1, 2], value=at)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (1, "bad-event: `value` is `struct<at: timestamp[ns]>`, with a value that cannot be read")
+    ]
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", text)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (1, "bad-event: `time` is not UTF-8: invalid start byte at byte 1"),
+        (2, "wrong-type: `time` is `30`, not a number of seconds"),
+    ]
+
+
+@pytest.mark.parametrize("kind", ("string", "bool", "duration"))
+def test_a_column_of_times_that_are_no_numbers(tmp_path: Path, auditor: MissionAuditor, kind: str) -> None:
+    pa = pytest.importorskip("pyarrow")
+    times = {
+        "string": pa.array(["x", None]),
+        "bool": pa.array([True, None]),
+        "duration": pa.array([5, None], "duration[s]"),
+    }
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", times[kind])), "m")
+    ((line, text),) = ((each.line, each.text) for each in found.mistakes)
+    assert line == 1 and text.startswith("wrong-type: `time` is ") and len(found.rows) == 1
+
+
 def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "m.parquet"
