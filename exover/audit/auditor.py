@@ -61,8 +61,7 @@ class MissionAuditor:
                 reading = _Reading(self._job, self._native, table)
                 error = reading.read(path)
                 figures = reading.figures()
-                if not error and reading.is_none(figures):
-                    error = "no line of it is an event: write one JSON object a line"
+                error = error or reading.fault(figures)
         except OSError as problem:
             return MissionResult(name, error=f"it cannot be read: {problem.strerror or problem}")
         if error:
@@ -126,6 +125,8 @@ class _Reading:
         self._job, self._native, self._table = job, native, table
         self.found = _Found()
         self.notes: list[str] = []
+        self._none = ""
+        """What is wrong if none of the lines is an event or a deed; empty if that is told of each."""
         if native:
             native.start(self._tell, table.wanted, MOST if table.wanted else MOST_ROWS)
             self._take: Callable[[int, Noted], None] = native.take
@@ -139,9 +140,9 @@ class _Reading:
         """Return the counts."""
         return self._figures()
 
-    def is_none(self, figures: MissionFigures) -> bool:
-        """Return whether lines were read and none of them is a line of a mission."""
-        return self.found.none and not figures.events + figures.deeds
+    def fault(self, figures: MissionFigures) -> str:
+        """Return what is wrong if lines were read and none of them is a line of a mission, else an empty text."""
+        return self._none if self.found.none and not figures.events + figures.deeds else ""
 
     def _tell(self, row: AuditRow) -> None:
         self._table.add(row)
@@ -155,10 +156,12 @@ class _Reading:
         if path.endswith(sources.TABLES):
             from exover.audit import parquet
 
+            self._none = f"no row of it is an event: its column kind is none of {parquet.KNOWN}"
             return self._all(parquet.rows(self._job.model, path))
         with Path(path).open("rb") as file:
             if sources.has_records(path, file):
                 return self._read_records(file)
+            self._none = "no line of it is an event: write one JSON object a line"
             if self._native is None:
                 return self._all(sources.whole_lines(self._job.model, file))
             native = self._native

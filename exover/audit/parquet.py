@@ -13,11 +13,12 @@ from exover.diagnostics import quote
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.wire import Json
-from exover.model.wire_reading import read_object
+from exover.model.wire_reading import read_object, shown
 
 COLUMNS = ("time", "kind", "name", "instance", "args", "results", "outcome", "status", "value", "waiting", "actions")
 VALUES = ("args", "results", "value", "actions")
 """Columns that may hold JSON as text."""
+KNOWN = ", ".join((*KINDS, *DEEDS))
 UNITS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 """Units of timestamps in a second."""
 
@@ -26,10 +27,14 @@ def rows(model: Model, path: str) -> Iterator[tuple[int, Noted]]:
     """Yield number, from 1, and content of each row; raises `NoMission` and `OSError`."""
     try:
         with pq.ParquetFile(path) as file:
-            known = [name for name in COLUMNS if name in file.schema_arrow.names]
+            names = file.schema_arrow.names
+            known = [name for name in COLUMNS if name in names]
             missing = [name for name in ("kind", "name") if name not in known]
             if missing:
                 raise NoMission(f"it has no column {' and no column '.join(missing)}")
+            twice = [name for name in known if names.count(name) > 1]
+            if twice:
+                raise NoMission(f"it has more than one column {' and more than one column '.join(twice)}")
             number = 0
             for batch in file.iter_batches(columns=known):
                 columns = [_cells(name, batch[name]) for name in known]
@@ -68,7 +73,7 @@ def _noted(model: Model, row: dict[str, Any]) -> Noted:
     if fault:
         return Noted((Unread(fault, "event" if kind in KINDS else "deed" if kind in DEEDS else "other"),), *time)
     if kind not in (*KINDS, *DEEDS):
-        return Noted((Unread(Invalid("bad-event", f"the kind is {kind!r}, none of {', '.join((*KINDS, *DEEDS))}")),))
+        return Noted((Unread(Invalid("bad-event", f"`kind` is {shown(kind)}, none of {KNOWN}")),), *time)
     entries: Json = {kind: row["name"]}
     for name, found in row.items():
         if name in ("kind", "name") or found is None:

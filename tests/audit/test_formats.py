@@ -232,7 +232,10 @@ def test_columns_with_values_of_their_own_types(tmp_path: Path, auditor: Mission
     found = auditor.audit(str(tmp_path / "m.parquet"), "m")
     assert found.figures.asks == {("hoist.hold", "launch"): 1, ("hoist.lift", "launch"): 1} and not found.rows
     assert found.figures.told == 1
-    assert [(mistake.line, mistake.text[:9]) for mistake in found.mistakes] == [(3, "bad-event")]
+    kinds = "ask, report, observe, abort, launch, kill, wait, reject"
+    assert [(mistake.line, mistake.text) for mistake in found.mistakes] == [
+        (3, f"bad-event: `kind` is `sleep`, none of {kinds}")
+    ]
 
 
 def timed(path: Path, time: Any, **columns: Any) -> Path:
@@ -304,6 +307,13 @@ def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
     pq.write_table(pa.table({"kind": ["ask"]}), path)
     assert auditor.audit(str(path), "m").error == "it is no mission: it has no column name"
+    named = [(name, pa.array(["ask"])) for name in ("kind", "name", "kind", "remark", "remark")]
+    pq.write_table(pa.Table.from_arrays([each for _, each in named], names=[name for name, _ in named]), path)
+    assert auditor.audit(str(path), "m").error == "it is no mission: it has more than one column kind"
+    kinds = "ask, report, observe, abort, launch, kill, wait, reject"
+    for kind in ("dance", b"ask", None, 7, ["ask"]):
+        pq.write_table(pa.table({"kind": [kind], "name": ["slew.turn"]}), path)
+        assert auditor.audit(str(path), "m").error == f"no row of it is an event: its column kind is none of {kinds}"
     whole = as_table(path, told(CRANE, 1, 50)).read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
     assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
