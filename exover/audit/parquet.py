@@ -25,6 +25,12 @@ UNITS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 
 def rows(model: Model, path: str) -> Iterator[tuple[int, Noted]]:
     """Yield number, from 1, and content of each row; raises `NoMission` and `OSError`."""
+    for number, row in enumerate(_rows(path), 1):
+        yield number, _noted(model, row)
+
+
+def _rows(path: str) -> Iterator[dict[str, Any]]:
+    """Yield the cells of each row by column."""
     try:
         with pq.ParquetFile(path) as file:
             names = file.schema_arrow.names
@@ -35,14 +41,17 @@ def rows(model: Model, path: str) -> Iterator[tuple[int, Noted]]:
             twice = [name for name in known if names.count(name) > 1]
             if twice:
                 raise NoMission(f"it has more than one column {' and more than one column '.join(twice)}")
-            number = 0
             for batch in file.iter_batches(columns=known):
                 columns = [_cells(name, batch[name]) for name in known]
                 for cells in zip(*columns, strict=True):
-                    number += 1
-                    yield number, _noted(model, dict(zip(known, cells, strict=True)))
-    except pa.ArrowException as error:
-        raise NoMission(f"it is no Parquet: {str(error).splitlines()[0]}") from error
+                    yield dict(zip(known, cells, strict=True))
+    except NoMission:
+        raise
+    except Exception as error:  # a damaged file may raise anything
+        if isinstance(error, OSError) and error.strerror:
+            raise
+        told = str(error).splitlines() if isinstance(error, pa.ArrowException | OSError) else []
+        raise NoMission(f"it is no Parquet: {told[0] if told else 'it is damaged'}") from error
 
 
 def _cells(name: str, column: pa.Array) -> list[Any]:

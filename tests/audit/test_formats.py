@@ -314,6 +314,9 @@ def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     for kind in ("dance", b"ask", None, 7, ["ask"]):
         pq.write_table(pa.table({"kind": [kind], "name": ["slew.turn"]}), path)
         assert auditor.audit(str(path), "m").error == f"no row of it is an event: its column kind is none of {kinds}"
+    pq.write_table(pa.table({"kind": ["ask"], "name": ["slew.turn"], "remark": [1]}), path, store_schema=False)
+    path.write_bytes(path.read_bytes().replace(b"remark", b"rem\xffrk"))
+    assert auditor.audit(str(path), "m").error == "it is no mission: it is no Parquet: it is damaged"
     whole = as_table(path, told(CRANE, 1, 50)).read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
     assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
