@@ -14,6 +14,7 @@ from exover.audit.follow import Follower
 from exover.audit.mission import Noted, Unread, read_line
 from exover.audit.native import MOST, NativeAuditor
 from exover.audit.result import MOST_MISTAKES, MOST_ROWS, MissionResult, Mistake
+from exover.audit.text import counted
 from exover.audit.trail import AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
@@ -60,8 +61,7 @@ class MissionAuditor:
                 reading = _Reading(self._job, self._native, table)
                 error = reading.read(path)
                 figures = reading.figures()
-                if not error and reading.is_none(figures):
-                    error = "no line of it is an event: write one JSON object a line"
+                error = error or reading.fault(figures)
         except OSError as problem:
             return MissionResult(name, error=f"it cannot be read: {problem.strerror or problem}")
         if error:
@@ -109,8 +109,8 @@ class _Found:
     rows: list[AuditRow] = field(default_factory=list)
     mistakes: list[Mistake] = field(default_factory=list)
     mistake_count: int = 0
-    none: int = 0
-    """The number of lines that are neither an event nor a deed of any spec."""
+    none: bool = False
+    """Whether a line is neither an event nor a deed of any spec."""
 
     def mistake(self, line: int, text: str) -> None:
         self.mistake_count += 1
@@ -125,6 +125,8 @@ class _Reading:
         self._job, self._native, self._table = job, native, table
         self.found = _Found()
         self.notes: list[str] = []
+        self._none = ""
+        """What is wrong if none of the lines is an event or a deed; empty if that is told of each."""
         if native:
             native.start(self._tell, table.wanted, MOST if table.wanted else MOST_ROWS)
             self._take: Callable[[int, Noted], None] = native.take
@@ -138,9 +140,9 @@ class _Reading:
         """Return the counts."""
         return self._figures()
 
-    def is_none(self, figures: MissionFigures) -> bool:
-        """Return whether lines were read and none of them is a line of a mission."""
-        return bool(self.found.none) and figures.events + figures.deeds == self.found.none
+    def fault(self, figures: MissionFigures) -> str:
+        """Return what is wrong if lines were read and none of them is a line of a mission, else an empty text."""
+        return self._none if self.found.none and not figures.events + figures.deeds else ""
 
     def _tell(self, row: AuditRow) -> None:
         self._table.add(row)
@@ -154,10 +156,12 @@ class _Reading:
         if path.endswith(sources.TABLES):
             from exover.audit import parquet
 
+            self._none = f"no row of it is an event: its column kind is none of {parquet.KNOWN}"
             return self._all(parquet.rows(self._job.model, path))
         with Path(path).open("rb") as file:
             if sources.has_records(path, file):
                 return self._read_records(file)
+            self._none = "no line of it is an event: write one JSON object a line"
             if self._native is None:
                 return self._all(sources.whole_lines(self._job.model, file))
             native = self._native
@@ -221,7 +225,7 @@ class _Reading:
         for item in noted.items:
             if isinstance(item, Unread) and item.foreign:
                 self.found.mistake(number, f"{item.fault.code}: {item.fault.detail}")
-                self.found.none += item.fault.code == "bad-event"
+                self.found.none |= item.kind == "other"
         return noted
 
 
@@ -230,6 +234,6 @@ def _notes(figures: MissionFigures, notes: list[str]) -> Iterator[str]:
     if not figures.events + figures.deeds:
         yield "it has no events"
     if figures.undecided:
-        yield f"{figures.undecided} launches are undecided: their arguments are not recorded"
+        yield f"{counted(figures.undecided, 'launch', 'launches')} undecided: no arguments are recorded"
     if figures.lost:
-        yield f"{figures.lost} lines of it are missing"
+        yield f"{counted(figures.lost, 'line')} of it missing"

@@ -8,8 +8,9 @@ from typing import Any
 from rosbags.rosbag2 import Reader as BagReader
 
 from exover.audit.binary import NoMission
-from exover.audit.decoding import decoded, first_line
+from exover.audit.decoding import decoded, reason
 from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
+from exover.audit.shapes import CALL_SHAPE, GOAL_SHAPE, RESULT_SHAPE, STATUS_SHAPE, Shape, lacking
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
@@ -69,28 +70,33 @@ class Bag:
         self._model, self._binding, self._path = model, binding, path
         self._free = {each.name: list(range(each.instances)) for each in model.requests}
         self._known: dict[str, _Known] = {}
-        self._readers: dict[str, list[Reader]] = {}
+        self._readers: dict[str, list[tuple[Shape, Reader]]] = {}
         self._lacking: set[str] = set()
-        self._topics: set[str] = set()
+        self._topics: dict[str, str] = {}
+        """The type of each topic."""
         self._watched: dict[str, SeenGoal] = {}
         """Service calls, by request, that have started and whose end a watch tells."""
-        self._results: dict[bytes, Any] = {}
+        self._results: dict[tuple[int, ...], Any] = {}
         """Results by goal id, read before all else, since they come behind the statuses that end their goals."""
+        self._faults: dict[str, Invalid] = {}
+        """The first fault of the results on each topic."""
 
     def messages(self) -> Iterator[tuple[int, Noted]]:
         """Yield number and content of each message that says something, in order of time; raises `NoMission`.
 
-        Messages of the topics that are read are numbered from 1.
+        Messages of the topics that are read are numbered from 1. Faults of results come with number 1.
         """
         try:
             reader = BagReader(Path(self._path))
             reader.open()
         except Exception as error:  # a damaged file may raise anything
-            raise NoMission(first_line(error)) from error
+            raise NoMission(reason(error)) from error
         try:
-            self._topics = {each.topic for each in reader.connections}
+            self._topics = {each.topic: each.msgtype for each in reader.connections}
             self._bind()
             self._results = self._results_in(reader)
+            if self._faults:
+                yield 1, Noted(tuple(map(Unread, self._faults.values())))
             wanted = [each for each in reader.connections if each.topic in self._readers]
             if wanted:
                 yield from self._messages(reader, wanted)
@@ -99,22 +105,39 @@ class Bag:
 
     def _messages(self, reader: BagReader, wanted: list[Any]) -> Iterator[tuple[int, Noted]]:
         for number, (topic, stamp, message) in enumerate(decoded(reader, wanted), 1):
-            items = tuple(item for read in self._readers[topic] for item in read(message))
+            items = tuple(
+                item for shape, read in self._readers[topic] for item in self._read(topic, message, shape, read)
+            )
             if items:
                 yield number, Noted(items, stamp / 1e9)
 
-    def _results_in(self, reader: BagReader) -> dict[bytes, Any]:
+    def _read(self, topic: str, message: Any, shape: Shape, read: Reader) -> Iterator[Item]:
+        fault = self._fault(topic, message, shape)
+        yield from (Unread(fault),) if fault else read(message)
+
+    def _fault(self, topic: str, message: Any, shape: Shape) -> Invalid | None:
+        lack = lacking(message, shape)
+        return Invalid("wrong-type", f"{topic} is of {self._topics[topic]}: {lack}") if lack else None
+
+    def _results_in(self, reader: BagReader) -> dict[tuple[int, ...], Any]:
         """Return the first recorded result of each goal, by goal id."""
         wanted = [each for each in reader.connections if each.topic in {f"{name}{RESULTS}" for name in self._known}]
-        goals: dict[Any, bytes] = {}
-        found: dict[bytes, Any] = {}
-        for topic, _, message in decoded(reader, wanted) if wanted else ():
-            for sent in message["request"]:
-                goals[topic, _call(message)] = _uuid(sent["goal_id"])
-            for answer in message["response"]:
-                goal = goals.get((topic, _call(message)))
-                if goal is not None and answer["status"] >= SUCCEEDED:
-                    found.setdefault(goal, answer["result"])
+        goals: dict[Any, tuple[int, ...]] = {}
+        found: dict[tuple[int, ...], Any] = {}
+        try:
+            for topic, _, message in decoded(reader, wanted) if wanted else ():
+                fault = self._fault(topic, message, RESULT_SHAPE)
+                if fault:
+                    self._faults.setdefault(topic, fault)
+                    continue
+                for sent in message["request"]:
+                    goals[topic, _call(message)] = _uuid(sent["goal_id"])
+                for answer in message["response"]:
+                    goal = goals.get((topic, _call(message)))
+                    if goal is not None and answer["status"] >= SUCCEEDED:
+                        found.setdefault(goal, answer["result"])
+        except NoMission as why:
+            self._faults[""] = Invalid("bad-event", f"of the results of goals, {why}")
         return found
 
     def notes(self) -> Iterator[str]:
@@ -145,10 +168,10 @@ class Bag:
                 known.bounds = (*known.bounds, bound)
         for name, known in self._known.items():
             if known.bounds[0].kind == "action":
-                known.has_goals = self._on(f"{name}{GOALS}", self._goals(known))
-                known.has_status = self._on(f"{name}{STATUS}", self._statuses(known))
+                known.has_goals = self._on(f"{name}{GOALS}", self._goals(known), GOAL_SHAPE)
+                known.has_status = self._on(f"{name}{STATUS}", self._statuses(known), STATUS_SHAPE)
             else:
-                known.has_goals = self._on(f"{name}{CALLS}", self._calls(known))
+                known.has_goals = self._on(f"{name}{CALLS}", self._calls(known), CALL_SHAPE)
         for watch in self._binding.watches:
             posters = [each for each in self._binding.posters if each.watch == watch.name]
             if watch.kind == "topic" and posters:
@@ -161,9 +184,9 @@ class Bag:
         ends = (STATUS, GOALS) if kind == "action" else (CALLS,)
         return any(name + end in self._topics for end in ends)
 
-    def _on(self, topic: str, reader: Reader) -> bool:
+    def _on(self, topic: str, reader: Reader, shape: Shape = object) -> bool:
         if topic in self._topics:
-            self._readers.setdefault(topic, []).append(reader)
+            self._readers.setdefault(topic, []).append((shape, reader))
         return topic in self._topics
 
     # ---- posters ----
@@ -311,7 +334,7 @@ class Bag:
 
     def _is_watched(self, bound: RequestBinding) -> bool:
         sources = {absolute(each.source) for each in self._binding.watches if each.name == bound.report.watch}
-        return bound.started and bool(sources & self._topics)
+        return bound.started and bool(sources & self._topics.keys())
 
     def _calls(self, known: _Known) -> Reader:
         done: dict[Any, None] = {}
@@ -360,5 +383,5 @@ def _call(message: Any) -> tuple[Any, int]:
     return tuple(info["client_gid"]), info["sequence_number"]
 
 
-def _uuid(goal_id: Any) -> bytes:
-    return bytes(goal_id["uuid"])
+def _uuid(goal_id: Any) -> tuple[int, ...]:
+    return tuple(goal_id["uuid"])

@@ -33,7 +33,7 @@ from exover.run.records import NO_NUMBER, RecordCodec, name_of
 
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
-BAD_ASK, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, LOST, VOID = range(16, 22)
+BAD_ASK, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, BAD_DEED, BAD_LINE, LOST, VOID = range(16, 24)
 """Kinds of records that are in no file: they tell `audit.c` of items that only the Python reader knows."""
 LENGTH = struct.Struct("<I")
 MOST_DESCRIPTION = 16 << 20
@@ -121,8 +121,8 @@ class RecordWriter:
     def _unread(self, fault: Invalid, kind: str, name: str | None, instance: int | None) -> bytes:
         code = CODES.index(fault.code) + 1
         slot = NO_NUMBER if instance is None else instance
-        if name is None or kind == "other":
-            return bytes([BAD_EVENT])
+        if name is None:
+            return bytes([{"event": BAD_EVENT, "deed": BAD_DEED}.get(kind, BAD_LINE)])
         number = {"ask": BAD_ASK, "launch": BAD_LAUNCH, "report": BAD_REPORT}[kind]
         return struct.pack("<BHHB", number, self._requests[name], slot, code)
 
@@ -203,7 +203,8 @@ class RecordReader:
         number = struct.unpack_from("<xH", record)[0]
         known, what = (self._observables, "poster") if kind == 2 else (self._requests, "request")
         if number >= len(known):
-            return Noted((Unread(Invalid(f"unknown-{what}", f"its description has no {what} {number}")),))
+            unknown = Invalid(f"unknown-{what}", f"its description has no {what} {number}")
+            return Noted((Unread(unknown, "deed" if kind >= LAUNCH else "event"),))
         entries = self._entries(kind, known[number], record)
         if kind >= LAUNCH:
             return read_noted(self._model, entries)

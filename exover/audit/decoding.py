@@ -6,10 +6,15 @@ from typing import Any
 
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader as BagReader
+from rosbags.rosbag2 import ReaderError
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from exover.audit.binary import NoMission
+from exover.diagnostics import quote
+
+LONGEST = 160
+"""How many characters of a text of `rosbags` are told."""
 
 
 class Fields(Mapping[str, Any]):
@@ -23,6 +28,10 @@ class Fields(Mapping[str, Any]):
         if key not in self._message.__dataclass_fields__:
             raise KeyError(key)
         return plain(getattr(self._message, key))
+
+    def __contains__(self, key: object) -> bool:
+        """Return whether there is such a field."""
+        return key in self._message.__dataclass_fields__
 
     def __iter__(self) -> Iterator[str]:
         """Yield the names of the fields."""
@@ -49,14 +58,23 @@ def decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, An
     for number in count():
         try:
             connection, stamp, data = next(messages)
-            if connection.msgtype not in stores:
-                stores[connection.msgtype] = _types_of(connection)
-            store = stores[connection.msgtype]
-            message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
         except StopIteration:
             return
-        except Exception as error:  # a damaged file may raise anything
-            raise NoMission(f"the message behind {number} cannot be read: {first_line(error)}") from error
+        except Exception as error:  # a damaged file may raise anything, here and below
+            raise NoMission(f"the message behind {number} cannot be read: {reason(error)}") from error
+        kind = connection.msgtype
+        try:
+            if kind not in stores:
+                stores[kind] = _types_of(connection)
+            store = stores[kind]
+        except Exception as error:
+            why = f"the definition of its type {quote(str(kind))} cannot be read"
+            raise NoMission(f"the message behind {number} cannot be read: {why}") from error
+        try:
+            message = plain(store.deserialize_cdr(data, _known(store, kind)))
+        except Exception as error:
+            why = f"it does not fit the definition of its type {quote(str(kind))}"
+            raise NoMission(f"the message behind {number} cannot be read: {why}") from error
         yield connection.topic, stamp, message
 
 
@@ -83,6 +101,9 @@ def _known(store: Typestore, name: str) -> str:
     return f"{package}/msg/{own}"
 
 
-def first_line(error: Exception) -> str:
-    """Return the text of an exception as one line; the name of its type if it has no text."""
-    return " ".join(str(error).split()) or type(error).__name__
+def reason(error: Exception) -> str:
+    """Return why a bag cannot be read, as a short line."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    line = next(iter(str(error).splitlines()), "") if isinstance(error, ReaderError) else ""
+    return (line if len(line) <= LONGEST else f"{line[:LONGEST]}…") or "it is damaged"

@@ -133,8 +133,12 @@ class Follower:
     # ---- events ----
 
     def _begin(self) -> None:
-        self._event += 1
         self.figures.events += 1
+        self._forget()
+
+    def _forget(self) -> None:
+        """End the last event: what follows is not about it."""
+        self._event += 1
         self._asked = None
         self._stops.clear()
         self._killed.clear()
@@ -189,6 +193,10 @@ class Follower:
             else:
                 self._vacate(item.request, item.instance)
                 self._refuse(item.request, item.instance, "invalid", code)
+            return
+        if item.kind in ("deed", "other"):
+            self.figures.deeds += item.kind == "deed"
+            self._forget()
             return
         self._begin()
         self.figures.invalid += 1

@@ -8,7 +8,7 @@ from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json
-from exover.model.wire_reading import read_entries, read_object
+from exover.model.wire_reading import read_entries, read_object, shown
 from exover.run.codec import C_CODES
 
 CODES = (*C_CODES, "wrong-type")
@@ -64,11 +64,12 @@ class LostLines:
 class Unread:
     """An event, a deed or another line that cannot be read, with its fault, and its request if that is known.
 
-    An unread report with a known instance still says that the instance has ended.
+    `kind`: what it is as far as that is known; an `ask`, a `report` and a `launch` are of a known request. An unread
+    report with a known instance still says that the instance has ended.
     """
 
     fault: Invalid
-    kind: Literal["ask", "report", "launch", "other"] = "other"
+    kind: Literal["ask", "report", "event", "launch", "deed", "other"] = "other"
     request: str | None = None
     instance: int | None = None
 
@@ -122,9 +123,11 @@ def read_noted(model: Model, entries: Json) -> Noted:
 
 
 def read_time(found: object) -> tuple[float, Invalid | None]:
-    """Return a time in seconds, NaN if this is no finite number; and a fault if it is a number that is not finite."""
-    if isinstance(found, bool) or not hasattr(found, "__float__"):
+    """Return a time in seconds, NaN if this is no finite number; and a fault if it is not None either."""
+    if found is None:
         return math.nan, None
+    if isinstance(found, bool) or not hasattr(found, "__float__"):
+        return math.nan, Invalid("wrong-type", f"`time` is {shown(found)}, not a number of seconds")
     try:
         time = float(found) + 0.0
     except OverflowError:
@@ -194,11 +197,11 @@ def read_recorded(model: Model, entries: Json) -> Event | Unread:
     kind = next(kind for kind in KINDS if kind in entries)
     name = entries[kind]
     if kind not in ("ask", "report") or not isinstance(name, str) or name not in model.request:
-        return Unread(event)
+        return Unread(event, "event")
     if kind == "ask":
         return Unread(event, "ask", name)
     instance = _instance(model, name, entries)
-    return Unread(event) if isinstance(instance, Invalid) else Unread(event, "report", name, instance)
+    return Unread(event, "event") if isinstance(instance, Invalid) else Unread(event, "report", name, instance)
 
 
 def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
@@ -209,7 +212,7 @@ def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
     if not isinstance(name, str) or name not in model.request:
         fault = read_entries(model, {"abort": name})
         assert isinstance(fault, Invalid)
-        yield Unread(fault)
+        yield Unread(fault, "deed")
     elif kind == "wait":
         yield WaitDeed(name)
     elif kind == "reject":
@@ -217,7 +220,7 @@ def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
     else:
         instance = _instance(model, name, entries)
         if kind == "kill":
-            yield Unread(instance) if isinstance(instance, Invalid) else KillDeed(name, instance)
+            yield Unread(instance, "deed") if isinstance(instance, Invalid) else KillDeed(name, instance)
         else:
             yield _launch(model, name, instance, entries)
 

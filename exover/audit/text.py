@@ -33,8 +33,7 @@ def render(audit: Audit) -> str:
 
 def last_line(audit: Audit) -> str:
     """Return the summary of all missions."""
-    total, count = audit.total, len(audit.missions)
-    missions = f"{count} mission" + ("s" if count != 1 else "")
+    total = audit.total
     if not total.diverged:
         verdict = "nothing diverges"
     else:
@@ -43,9 +42,13 @@ def last_line(audit: Audit) -> str:
             f"{len(audit.diverging)} of them diverge{'s' if len(audit.diverging) == 1 else ''}: {', '.join(kinds)}"
         )
     missed = sum(bool(mission.error) for mission in audit.missions)
-    return f"{audit.model.name}: {missions}, {total.events} events; {verdict}" + (
-        f"; {missed} not audited" if missed else ""
-    )
+    missions, events = counted(len(audit.missions), "mission"), counted(total.events, "event")
+    return f"{audit.model.name}: {missions}, {events}; {verdict}" + (f"; {missed} not audited" if missed else "")
+
+
+def counted(count: int, one: str, more: str = "") -> str:
+    """Return a number of things in words; `more`: the plural, if it is not `one` with an s."""
+    return f"{count} {one if count == 1 else more or one + 's'}"
 
 
 def _mission(model: Model, mission: MissionResult) -> Iterator[str]:
@@ -55,8 +58,8 @@ def _mission(model: Model, mission: MissionResult) -> Iterator[str]:
     first = mission.first
     where = f", the first in line {first.line}" if first else ""
     count = mission.divergences
-    diverges = "no divergence" if not count else f"{count} divergence{'s' if count > 1 else ''}{where}"
-    yield f"{mission.name}: {mission.figures.events} events, {diverges}"
+    diverges = f"{counted(count, 'divergence')}{where}" if count else "no divergence"
+    yield f"{mission.name}: {counted(mission.figures.events, 'event')}, {diverges}"
     for row in mission.rows[:SHOWN]:
         yield f"  {mission.name}:{row.line}: {row_text(model, row)}"
     if count > SHOWN:

@@ -54,7 +54,7 @@ def read_object(line: str | bytes) -> Json | Invalid:
     except RecursionError:
         return Invalid("bad-event", "the line is nested too deep")
     if not isinstance(found, dict):
-        return Invalid("bad-event", f"the line is {_show(found)}, not an object")
+        return Invalid("bad-event", f"the line is {shown(found)}, not an object")
     return found
 
 
@@ -107,12 +107,12 @@ def _report(model: Model, entries: Json) -> Event | Invalid:
             status = entries.get("status")
             if "status" in entries and not (isinstance(status, str) and status in request.statuses):
                 known = f"it fails as {', '.join(request.statuses)}" if request.statuses else "it declares none"
-                return Invalid("unknown-status", f"{_show(status)} is no status of {name}: {known}")
+                return Invalid("unknown-status", f"{shown(status)} is no status of {name}: {known}")
             return Report(name, slot, "failed", status=status)
         case "interrupted":
             return Report(name, slot, "interrupted")
         case other:
-            found = _show(other) if "outcome" in entries else "missing"
+            found = shown(other) if "outcome" in entries else "missing"
             return Invalid("bad-event", f"the outcome is {found}, not one of `ok`, `failed`, `interrupted`")
 
 
@@ -180,7 +180,7 @@ def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: obje
 def _named_values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
     """Return the same as `_values`, parameter by parameter."""
     if not isinstance(found, dict):
-        return Invalid("bad-event", f"the {word}s of {name} are {_show(found)}, not an object")
+        return Invalid("bad-event", f"the {word}s of {name} are {shown(found)}, not an object")
     known = [parameter.name for parameter in parameters]
     for key in found:
         if key not in known:
@@ -202,7 +202,7 @@ def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
     if value is not None:
         return value
     code = "wrong-type" if _typed(kind, found) is None else "out-of-range"
-    return Invalid(code, f"{subject} is {_show(found)}, not {domain(kind)}")
+    return Invalid(code, f"{subject} is {shown(found)}, not {domain(kind)}")
 
 
 def _fitting(kind: Type, found: object) -> Value | None:
@@ -235,7 +235,7 @@ def _typed(kind: Type, found: object) -> Value | None:
 
 def _unknown(code: str, word: str, found: object, known: Iterable[str], there_is: str = "there is") -> Invalid:
     hint = did_you_mean(found, known) if isinstance(found, str) else ""
-    return Invalid(code, f"{there_is} no {word} {_show(found)}" + (f"; {hint}" if hint else ""))
+    return Invalid(code, f"{there_is} no {word} {shown(found)}" + (f"; {hint}" if hint else ""))
 
 
 def domain(kind: Type) -> str:
@@ -254,7 +254,7 @@ def domain(kind: Type) -> str:
             assert_never(kind)
 
 
-def _show(found: object) -> str:
+def shown(found: object) -> str:
     """Return a JSON value in words, short enough for a message."""
     match found:
         case None:

@@ -13,7 +13,7 @@
 
 enum { ASK, REPORT, OBSERVE, ABORT, ABORT_WAITING, LAUNCHED = 6, KILLED, WAITED, REJECTED, TOLD, TIME,
        /* Of trusted records alone: what could not be read, as far as it matters. */
-       BAD_ASK = 16, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, LOST, VOID };
+       BAD_ASK = 16, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, BAD_DEED, BAD_LINE, LOST, VOID };
 enum { NOBODY = -1, REFUSED = -2, UNDECIDED = -3 }; /* instead of the slot of an instance */
 enum { UNSAID = -1, INVALID = -100 };               /* instead of a reason: none; INVALID - an exover_invalid */
 enum { SAY_LAUNCH, SAY_WAIT, SAY_REJECT, SAY_INVALID, SAY_NOTHING };
@@ -228,12 +228,18 @@ static int32_t meant(const request *r, int32_t instance)
 
 /* ---- events ---- */
 
-static void begin(audit *a)
+/* End the last event: what follows is not about it. */
+static void forget(audit *a)
 {
     a->event++;
-    a->counts[EVENTS]++;
     a->stop_count = 0;
     a->asked = NOBODY;
+}
+
+static void begin(audit *a)
+{
+    a->counts[EVENTS]++;
+    forget(a);
 }
 
 static void asked(audit *a, int32_t number)
@@ -508,6 +514,11 @@ static void apply(audit *a, const unsigned char *at)
         begin(a);
         a->counts[INVALID_EVENTS]++;
         break;
+    case BAD_DEED:
+        a->counts[DEEDS]++;
+        forget(a);
+        break;
+    case BAD_LINE: forget(a); break;
     case VOID:
         begin(a);
         a->counts[PASSED]++;

@@ -1,5 +1,6 @@
 """Bags for the tests of audits: written by `rosbags`, with types of their own."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +52,10 @@ def definition(kind: str) -> str:
 
 
 class BagWriter:
-    """Writes a bag; times are seconds."""
+    """Writes a bag; times are seconds. `define` gives the definitions of types that the bag holds."""
 
-    def __init__(self, path: Path, plugin: str = "mcap") -> None:
+    def __init__(self, path: Path, plugin: str = "mcap", define: Callable[[str], str] = definition) -> None:
+        self.define = define
         self.store = get_typestore(Stores.LATEST)
         for name, text in TYPES.items():
             self.store.register(get_types_from_msg(text, name))
@@ -75,7 +77,7 @@ class BagWriter:
         """Write a message a second after the one before."""
         self.now += 1_000_000_000
         if topic not in self.connections:
-            self.connections[topic] = self.writer.add_connection(topic, kind, msgdef=definition(kind), rihs01=HASH)
+            self.connections[topic] = self.writer.add_connection(topic, kind, msgdef=self.define(kind), rihs01=HASH)
         self.writer.write(self.connections[topic], self.now, self.store.serialize_cdr(message, known(kind)))
 
     # ---- messages ----

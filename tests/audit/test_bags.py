@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from typing import TYPE_CHECKING
+from unittest.mock import patch
 
 import pytest
 
@@ -13,8 +14,10 @@ from exover.pipeline import build, load
 from exover.source import Source
 
 pytest.importorskip("rosbags")
+from rosbags.rosbag2 import ReaderError
+
 from exover.audit.bags import Bag
-from tests.audit.bags import BagWriter
+from tests.audit.bags import BagWriter, definition
 
 if TYPE_CHECKING:
     from exover.gate.binding import Binding
@@ -121,7 +124,7 @@ def test_goals_without_arguments_are_undecided(tmp_path: Path) -> None:
         "it has no arguments of the goals of /lift: /lift/_action/send_goal/_service_event was not recorded"
         in found.notes
     )
-    assert "1 launches are undecided: their arguments are not recorded" in found.notes
+    assert "1 launch undecided: no arguments are recorded" in found.notes
     assert "it has no results of hoist.turn: its ends are taken as failed" in found.notes
 
 
@@ -252,6 +255,93 @@ def test_truncated_bags(tmp_path: Path, plugin: str) -> None:
         file.write_bytes(whole[:size])
         found = audit(file)
         assert found.error.startswith("it is no mission: ") or found.mistakes, size
+
+
+def test_messages_of_another_type_than_is_read_are_mistakes(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        other = bag.make("yard/msg/Wind", metres_per_second=1.0)
+        for topic in ("_action/status", "_action/send_goal/_service_event", "_action/get_result/_service_event"):
+            bag.write(f"/turn/{topic}", "yard/msg/Wind", other)
+        bag.write("/park/_service_event", "yard/msg/Wind", other)
+        bag.goal(1, 3.5)
+        bag.accept(1)
+    found = audit(tmp_path / "bag")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (1, "wrong-type: /turn/_action/get_result/_service_event is of yard/msg/Wind: there is no field `info`"),
+        (1, "wrong-type: /turn/_action/status is of yard/msg/Wind: there is no field `status_list`"),
+        (2, "wrong-type: /turn/_action/send_goal/_service_event is of yard/msg/Wind: there is no field `info`"),
+        (3, "wrong-type: /park/_service_event is of yard/msg/Wind: there is no field `info`"),
+    ]
+    assert (found.error, found.figures.events) == ("", 1)
+    assert found.figures.asks == {("hoist.lift", "launch"): 1}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    (
+        ("uint8[16] uuid", "uint8[16] uuit", "there is no field `status_list.goal_info.goal_id.uuid`"),
+        ("uint8[16] uuid", "uint8 uuid\nuint8[15] more", "`status_list.goal_info.goal_id.uuid` is no list"),
+        ("int8 status", "bool[1] status", "`status_list.status` is no int"),
+    ),
+)
+def test_statuses_that_are_defined_otherwise_are_mistakes(tmp_path: Path, old: str, new: str, says: str) -> None:
+    with BagWriter(tmp_path / "bag", define=lambda kind: definition(kind).replace(old, new)) as bag:
+        bag.wind(3)
+        bag.status("/turn", g1=EXECUTING)
+    found = audit(tmp_path / "bag")
+    kind = "action_msgs/msg/GoalStatusArray"
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (2, f"wrong-type: /turn/_action/status is of {kind}: {says}")
+    ]
+    assert found.figures.events == 1
+
+
+@pytest.mark.parametrize(
+    ("written", "says"),
+    (
+        ("float64 metres\n!\n# of\n# many lines", "the definition of its type `yard/msg/Wind` cannot be read"),
+        ("floa464 metres_per_second", "it does not fit the definition of its type `yard/msg/Wind`"),
+        ("string[] names", "it does not fit the definition of its type `yard/msg/Wind`"),
+    ),
+)
+def test_a_definition_that_does_not_serve_is_told_in_a_line(tmp_path: Path, written: str, says: str) -> None:
+    with BagWriter(
+        tmp_path / "bag", define=lambda kind: written if kind == "yard/msg/Wind" else definition(kind)
+    ) as bag:
+        bag.goal(1, 3.5)
+        bag.accept(1)
+        bag.wind(3)
+    assert [(each.line, each.text) for each in audit(tmp_path / "bag").mistakes] == [
+        (3, f"the message behind 2 cannot be read: {says}")
+    ]
+
+
+def test_results_that_cannot_be_read_are_a_mistake(tmp_path: Path) -> None:
+    kind = "yard/action/Turn_GetResult_Event"
+    with BagWriter(tmp_path / "bag", define=lambda asked: "!" if asked == kind else definition(asked)) as bag:
+        bag.wind(3)
+        bag.turned(1, SUCCEEDED, 1.0)
+    found = audit(tmp_path / "bag")
+    says = f"the message behind 0 cannot be read: the definition of its type `{kind}` cannot be read"
+    assert [(each.line, each.text) for each in found.mistakes] == [(1, f"bad-event: of the results of goals, {says}")]
+    assert found.figures.events == 1
+
+
+@pytest.mark.parametrize(
+    ("raised", "says"),
+    (
+        (MemoryError(), "it is damaged"),
+        (KeyError("ros2lsg"), "it is damaged"),
+        (PermissionError(13, "Permission denied"), "Permission denied"),
+        (ReaderError("File magic is invalid.\nMore."), "File magic is invalid."),
+        (ReaderError("x" * 500), "x" * 160 + "…"),
+    ),
+)
+def test_what_is_wrong_with_a_file_is_told_in_a_short_line(tmp_path: Path, raised: Exception, says: str) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(3)
+    with patch("exover.audit.bags.BagReader.open", side_effect=raised):
+        assert audit(tmp_path / "bag").error == f"it is no mission: {says}"
 
 
 def test_a_bag_without_a_binding(tmp_path: Path) -> None:

@@ -142,7 +142,7 @@ def test_pieces_of_lines_that_are_too_long(tmp_path: Path, auditor: MissionAudit
     lines = [b"", long, b'{"ask": "slew.turn"}', fits, b'{"ask": "slew.park"}', long]
     found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
     assert [mistake.line for mistake in found.mistakes] == [2, 6]
-    assert found.figures.events == 5
+    assert found.figures.events == 3
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\r\n{"ask": "slew.park"}')
     assert auditor.audit(str(tmp_path / "cut.jsonl"), "m").figures.events == 2
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\n{"ask": "slew.pa')
@@ -156,6 +156,23 @@ def test_a_mission_without_events_and_a_file_that_is_none(tmp_path: Path, audito
     assert none.error == "no line of it is an event: write one JSON object a line"
     for name in ("missing.jsonl", "missing.mcap"):
         assert auditor.audit(str(tmp_path / name), "m").error == "it cannot be read: No such file or directory"
+
+
+def test_a_line_that_is_no_event_is_not_counted_as_one(tmp_path: Path, auditor: MissionAuditor) -> None:
+    lines = [
+        '{"ask": "slew.turn", "actions": 5}',
+        '{"lost": "x"}',
+        "{",
+        '{"launch": 5}',
+        '{"kill": null}',
+        '{"event": 5}',
+    ]
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    assert (found.mistake_count, found.figures.events, found.figures.deeds, found.figures.invalid) == (6, 1, 2, 0)
+    deeds = auditor.audit(str(write(tmp_path, "d.jsonl", ['{"launch": 5}', "{"])), "d")
+    assert (deeds.error, deeds.figures.events, deeds.mistake_count) == ("", 0, 2)
+    unread = auditor.audit(str(write(tmp_path, "u.jsonl", ['{"ask": "nobody"}', '{"report": "slew.turn"}'])), "u")
+    assert (unread.error, unread.figures.events, unread.figures.invalid) == ("", 2, 2)
 
 
 def test_a_line_with_more_deeds_than_are_handed_in_at_once(tmp_path: Path, auditor: MissionAuditor) -> None:
@@ -215,7 +232,72 @@ def test_columns_with_values_of_their_own_types(tmp_path: Path, auditor: Mission
     found = auditor.audit(str(tmp_path / "m.parquet"), "m")
     assert found.figures.asks == {("hoist.hold", "launch"): 1, ("hoist.lift", "launch"): 1} and not found.rows
     assert found.figures.told == 1
-    assert [(mistake.line, mistake.text[:9]) for mistake in found.mistakes] == [(3, "bad-event")]
+    kinds = "ask, report, observe, abort, launch, kill, wait, reject"
+    assert [(mistake.line, mistake.text) for mistake in found.mistakes] == [
+        (3, f"bad-event: `kind` is `sleep`, none of {kinds}")
+    ]
+
+
+def timed(path: Path, time: Any, **columns: Any) -> Path:
+    """Write a table of two lifts that are too heavy in this wind, with these times."""
+    pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    lifts = {"kind": ["observe", "launch"], "name": ["wind", "hoist.lift"], "value": ["30", None]}
+    pq.write_table(pa.table({"time": time, **lifts, "args": [None, '{"load": 11}'], **columns}), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("unit", "zone", "count", "seconds"),
+    (
+        ("ns", None, 1_700_000_000_123_456_789, 1_700_000_000.123_456_789),
+        ("us", None, -(10**17), -(10.0**11)),
+        ("us", "UTC", 3 * 10**18, 3e12),
+        ("s", None, 10**15, 1e15),
+        ("ms", "Mars/Phobos", 1500, 1.5),
+    ),
+)
+def test_any_timestamp_is_read(
+    tmp_path: Path, auditor: MissionAuditor, unit: str, zone: str | None, count: int, seconds: float
+) -> None:
+    pa = pytest.importorskip("pyarrow")
+    times = pa.array([None, count], pa.timestamp(unit, zone))
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", times)), "m")
+    assert (found.error, found.mistakes) == ("", ())
+    assert [(row.line, row.kind, row.time) for row in found.rows] == [(2, "launched", seconds)]
+
+
+def test_cells_that_cannot_be_read(tmp_path: Path, auditor: MissionAuditor) -> None:
+    pa = pytest.importorskip("pyarrow")
+    ends = pa.py_buffer(struct.pack("<3i", 0, 3, 5))
+    text = pa.Array.from_buffers(pa.string(), 2, [None, ends, pa.py_buffer(b"\xff\xfe\xfd30")])
+    at = pa.array([{"at": 1}, None], pa.struct([("at", pa.timestamp("ns"))]))
+    for column in ("name", "value"):
+        found = auditor.audit(str(timed(tmp_path / "m.parquet", [1, 2], **{column: text})), "m")
+        assert found.mistakes[0].line == 1
+        assert found.mistakes[0].text == f"bad-event: `{column}` is not UTF-8: invalid start byte at byte 1"
+        assert (found.error, found.figures.deeds) == ("", 1)
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", [1, 2], value=at)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (1, "bad-event: `value` is `struct<at: timestamp[ns]>`, with a value that cannot be read")
+    ]
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", text)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (1, "bad-event: `time` is not UTF-8: invalid start byte at byte 1"),
+        (2, "wrong-type: `time` is `30`, not a number of seconds"),
+    ]
+
+
+@pytest.mark.parametrize("kind", ("string", "bool", "duration"))
+def test_a_column_of_times_that_are_no_numbers(tmp_path: Path, auditor: MissionAuditor, kind: str) -> None:
+    pa = pytest.importorskip("pyarrow")
+    times = {
+        "string": pa.array(["x", None]),
+        "bool": pa.array([True, None]),
+        "duration": pa.array([5, None], "duration[s]"),
+    }
+    found = auditor.audit(str(timed(tmp_path / "m.parquet", times[kind])), "m")
+    ((line, text),) = ((each.line, each.text) for each in found.mistakes)
+    assert line == 1 and text.startswith("wrong-type: `time` is ") and len(found.rows) == 1
 
 
 def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
@@ -225,6 +307,16 @@ def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
     pq.write_table(pa.table({"kind": ["ask"]}), path)
     assert auditor.audit(str(path), "m").error == "it is no mission: it has no column name"
+    named = [(name, pa.array(["ask"])) for name in ("kind", "name", "kind", "remark", "remark")]
+    pq.write_table(pa.Table.from_arrays([each for _, each in named], names=[name for name, _ in named]), path)
+    assert auditor.audit(str(path), "m").error == "it is no mission: it has more than one column kind"
+    kinds = "ask, report, observe, abort, launch, kill, wait, reject"
+    for kind in ("dance", b"ask", None, 7, ["ask"]):
+        pq.write_table(pa.table({"kind": [kind], "name": ["slew.turn"]}), path)
+        assert auditor.audit(str(path), "m").error == f"no row of it is an event: its column kind is none of {kinds}"
+    pq.write_table(pa.table({"kind": ["ask"], "name": ["slew.turn"], "remark": [1]}), path, store_schema=False)
+    path.write_bytes(path.read_bytes().replace(b"remark", b"rem\xffrk"))
+    assert auditor.audit(str(path), "m").error == "it is no mission: it is no Parquet: it is damaged"
     whole = as_table(path, told(CRANE, 1, 50)).read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
     assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
@@ -257,6 +349,18 @@ def test_an_answer_that_is_too_far_away_is_about_no_event_before(tmp_path: Path,
     assert [row.line for row in auditor.audit(str(write(tmp_path, "far.jsonl", far)), "m").rows] == [1]
     long = [lines[0], b'{"actions": [{"invalid": "not-active"}], "more": "' + b"x" * (1 << 20) + b'"}', lines[2]]
     assert [row.line for row in auditor.audit(str(write(tmp_path, "long.jsonl", long)), "m").rows] == [1]
+
+
+def test_a_time_that_is_no_number_is_a_mistake(tmp_path: Path, auditor: MissionAuditor) -> None:
+    lines = [f'{{"time": {time}, "ask": "slew.turn"}}' for time in ("1", '"x"', "true", "null", "[]", "1e999")]
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    assert [(each.line, each.text) for each in found.mistakes] == [
+        (2, "wrong-type: `time` is `x`, not a number of seconds"),
+        (3, "wrong-type: `time` is true, not a number of seconds"),
+        (5, "wrong-type: `time` is a list, not a number of seconds"),
+        (6, "out-of-range: `time` is no finite number of seconds"),
+    ]
+    assert found.figures.events == 6
 
 
 def test_the_time_of_a_record_is_finite_or_not_known(tmp_path: Path, auditor: MissionAuditor) -> None:

@@ -210,7 +210,7 @@ OUT_OF_RANGE = b"a reading out of range, which the checker itself answers so: th
 
 
 def _is_out_of_range(item: Item) -> bool:
-    unread = isinstance(item, Unread) and item.kind == "other" and item.fault.code == "out-of-range"
+    unread = isinstance(item, Unread) and item.kind == "event" and item.fault.code == "out-of-range"
     return unread or (isinstance(item, Observe) and item.broken)
 
 
