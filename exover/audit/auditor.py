@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import field
 from pathlib import Path
@@ -59,6 +60,8 @@ class MissionAuditor:
         try:
             with self._table(name, number) as table:
                 reading = _Reading(self._job, self._native, table)
+                if os.path.isdir(path) and not sources.is_bag(path):
+                    os.listdir(path)  # raises what keeps the folder from being read
                 error = reading.read(path)
                 figures = reading.figures()
                 error = error or reading.fault(figures)

@@ -15,6 +15,7 @@ LINES = (".jsonl", ".json", ".ndjson", ".log")
 RECORDS = (".exor",)
 TABLES = (".parquet",)
 BAGS = (".mcap", ".db3")
+SUFFIXES = (*LINES, *RECORDS, *TABLES, *BAGS)
 METADATA = "metadata.yaml"
 PIECE = 1 << 20
 
@@ -25,20 +26,32 @@ def is_bag(path: str) -> bool:
 
 
 def missions_in(path: str) -> Iterator[str]:
-    """Yield the path itself if it is a file or a bag, else the missions in and below the folder, by name.
+    """Yield the path itself if it is no folder or is a bag, else the missions in and below the folder, by name.
 
-    Raises `OSError`.
+    A folder or link that cannot be read is yielded as well: to read it as a mission tells why.
     """
+    return _missions_in(path, frozenset())
+
+
+def _missions_in(path: str, above: frozenset[str]) -> Iterator[str]:
+    """Yield what `missions_in` does; `above`: the folders that this one is in, which links may lead back to."""
     if not os.path.isdir(path) or is_bag(path):
         yield path
         return
-    with os.scandir(path) as found:
-        entries = sorted(found, key=lambda entry: entry.name)
-    for entry in entries:
-        if entry.is_dir() and not entry.name.startswith("."):
-            yield from missions_in(entry.path)
-        elif entry.is_file() and entry.name.endswith((*LINES, *RECORDS, *TABLES, *BAGS)):
-            yield entry.path
+    here = os.path.realpath(path)
+    if here in above:
+        return
+    try:
+        names = sorted(os.listdir(path))
+    except OSError:
+        yield path
+        return
+    for name in names:
+        inside = os.path.join(path, name)
+        if os.path.isdir(inside) and not name.startswith("."):
+            yield from _missions_in(inside, above | {here})
+        elif name.endswith(SUFFIXES) and (os.path.isfile(inside) or not os.path.exists(inside)):
+            yield inside
 
 
 def has_records(path: str, file: BufferedReader) -> bool:

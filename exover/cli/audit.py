@@ -11,7 +11,7 @@ from exover import __version__
 from exover.audit.auditor import Job
 from exover.audit.native import compile_library
 from exover.audit.result import Audit, MissionResult
-from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_in
+from exover.audit.sources import SUFFIXES, TABLES, is_bag, missions_in
 from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
 from exover.cli.files import read_spec, refuse_twice, refuse_unwritable, standard_input
 from exover.cli.gate import binding_of
@@ -54,14 +54,9 @@ def _missions(paths: list[str], scratch: str) -> Paths:
                 shutil.copyfileobj(standard_input(), file)
             found.append((held, STDIN))
             continue
-        try:
-            inside = list(missions_in(path))
-        except OSError as error:
-            raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
+        inside = list(missions_in(path))
         if not inside:
-            raise CliError(
-                f"{path} holds no mission: their names end as {', '.join((*LINES, *RECORDS, *TABLES, *BAGS))}"
-            )
+            raise CliError(f"{path} holds no mission: their names end as {', '.join(SUFFIXES)}")
         found += [(each, each) for each in inside]
     return found
 

@@ -1,5 +1,6 @@
 """`exover audit`: statuses, formats, what is wrong with missions, and the page that shows an audit."""
 
+import errno
 import json
 import os
 from collections.abc import Iterator
@@ -187,6 +188,31 @@ def test_what_cannot_be_done(run: Run, words: tuple[str, ...], reason: str) -> N
     done = run("audit", "crane.exo", *words, "--engine", "tables")
     assert done.returncode == 2 and reason in done.stderr
     assert sorted(run.folder.iterdir()) == before
+
+
+def test_what_cannot_be_read_in_a_folder_keeps_nothing_else_from_being_audited(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (run.folder / "locked").mkdir()
+    (run.folder / "round").symlink_to(".")
+    (run.folder / "loop.jsonl").symlink_to("loop.jsonl")
+    real = os.listdir
+
+    def listdir(path: str) -> list[str]:
+        if os.path.basename(path) == "locked":
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+        return real(path)
+
+    monkeypatch.setattr(os, "listdir", listdir)
+    done = run("audit", "crane.exo", ".", "--engine", "tables")
+    assert (done.returncode, done.stderr.splitlines()) == (
+        2,
+        [
+            "exover: error: ./locked: it cannot be read: Permission denied",
+            "exover: error: ./loop.jsonl: it cannot be read: Too many levels of symbolic links",
+        ],
+    )
+    assert "./m.jsonl: 2 events" in done.stdout and "crane: 4 missions, 3 events; " in done.stdout
 
 
 def test_a_package_that_is_missing(run: Run) -> None:
