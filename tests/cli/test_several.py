@@ -218,7 +218,13 @@ def test_the_time_limit_is_for_all_of_them(folder: Path) -> None:
 def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, number: int, status: int, jobs: int) -> None:
     command = [sys.executable, "-c", SLEEPING, "check", str(folder), "--engine", "bdd", "--jobs", str(jobs)]
     with subprocess.Popen(
-        command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
+        command,
+        cwd=folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),  # the tests themselves may run under nohup
     ) as process:
         await_begun(folder, jobs)
         os.kill(process.pid, number)
