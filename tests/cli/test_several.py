@@ -210,6 +210,11 @@ def test_the_time_limit_is_for_all_of_them(folder: Path) -> None:
     assert sum(line.startswith("safety: ") and "ok" in line for line in printed.splitlines()) == 3
 
 
+def heard() -> None:
+    """Let a closed terminal be heard, though the tests run under `nohup`."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are counted in /proc")
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize(
@@ -224,7 +229,7 @@ def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, numbe
         stdout=subprocess.PIPE,
         start_new_session=True,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL),  # the tests themselves may run under nohup
+        preexec_fn=heard,  # noqa: PLW1509 - no thread of this process holds a lock
     ) as process:
         await_begun(folder, jobs)
         os.kill(process.pid, number)

@@ -15,7 +15,7 @@ import pytest
 from exover import pipeline
 from exover.certificate.check import Checker
 from exover.certificate.table import decode
-from exover.cli.main import ExitGuard
+from exover.cli.main import ExitGuard, main
 from exover.cli.signals import persistent_signals
 from exover.engines.aig.graph import Graph
 from exover.engines.aig.solver import Solver
@@ -35,6 +35,18 @@ class Freed:
 
     def __del__(self) -> None:
         signal.raise_signal(self.number)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
+@pytest.mark.parametrize("ignored", [True, False])
+def test_a_closed_terminal_is_heard_unless_it_is_ignored(ignored: bool) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN if ignored else signal.SIG_DFL)
+    try:
+        assert main(["--version"]) == 0
+        assert (signal.getsignal(signal.SIGHUP) == signal.SIG_IGN) == ignored
+        assert callable(signal.getsignal(signal.SIGHUP)) != ignored
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 @needs_signals
