@@ -1,7 +1,7 @@
 """Messages of syntax errors: the expected tokens in words, and advice on the one that was found."""
 
 from collections.abc import Iterable
-from typing import Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Span
@@ -34,6 +34,7 @@ from exover.syntax.temporal import (
     predicate_hint,
     temporal_hint,
 )
+from exover.syntax.unexpected import Unexpected
 
 CLAUSES = frozenset(
     {"check", "wait", "settle", "fail", "after", "before", "interrupts", "uses", "consumes", "produces", "on"}
@@ -110,9 +111,6 @@ _ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODU
 _PARENTHESES = "parentheses group conditions, not terms"
 _TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
 
-Closed: TypeAlias = Literal["", "condition", "term"]
-"""What the bracket closes that stands before a token: a predicate or a condition, or a term; "" if it is not known."""
-
 _WORDS = {NAME: "a name", INT: "a whole number", STRING: "a string", END: "the end of the file"}
 
 
@@ -141,81 +139,54 @@ def found(token: Token) -> str:
     return "the end of the file" if token.kind == END else "a string" if token.kind == STRING else quote(token.text)
 
 
-def advice(
-    token: Token,
-    before: Token | None,
-    expected: frozenset[str],
-    keyword: str,
-    following: Token | None = None,
-    opened: tuple[str, ...] = (),
-    closed: Closed = "",
-) -> str:
-    """Return the help line for a token that is none of the ``expected``, in the statement that ``keyword`` begins.
-
-    ``before`` and ``following`` are its neighbours, ``opened`` the tokens of the statement so far, "" for what is read,
-    ``closed`` what a bracket before it has closed. The result is "" if there is no advice.
-    """
-    if expected & {"enum", "check", "request", "assume"}:
-        return _beginning(token, following, expected)
-    if expected & {"and", "self"}:
-        return _in_condition(token, before, expected, following, keyword, opened, closed)
-    hint = _in_part(token, before, following, expected, keyword, opened) if before else ""
+def advice(at: Unexpected) -> str:
+    """Return the help line for a token that is not expected; empty if there is no advice."""
+    if at.expected & {"enum", "check", "request", "assume"}:
+        return _beginning(at)
+    if at.expected & {"and", "self"}:
+        return _in_condition(at)
+    hint = _in_part(at) if at.before else ""
     if hint:
         return hint
-    hint = type_hint(before, token, expected) or list_hint(token, before, expected, keyword)
-    near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
-    return hint or near or (f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES else "")
+    hint = type_hint(at) or list_hint(at) or _resembled(at)
+    return hint or (f"it reads `{_SYNOPSES[at.keyword]}`" if at.keyword in _SYNOPSES else "")
 
 
-def _in_part(
-    token: Token,
-    before: Token,
-    following: Token | None,
-    expected: frozenset[str],
-    keyword: str,
-    opened: tuple[str, ...],
-) -> str:
+def _resembled(at: Unexpected) -> str:
+    """Return the advice on a word that resembles an expected one."""
+    return did_you_mean(at.text, words(at.expected)) if at.token.kind == NAME and len(at.text) > 1 else ""
+
+
+def _in_part(at: Unexpected) -> str:
     """Return the advice on a token in a part of a statement that is no condition."""
     return (
-        part_hint(token, before, expected)
-        or (leads_hint(keyword, opened) if token.text == "leads" else "")
-        or ("`leads to` is written in two words" if expected == {"to"} else "")
-        or behind_leads(before, opened, expected)
-        or form_hint(token, keyword, expected)
-        or remedy_hint(token, before, following, expected, keyword, opened)
-        or argument_hint(token, before, expected, keyword)
-        or head_hint(token, following, expected, keyword)
-        or value_hint(token, before, expected, keyword)
-        or range_hint(token, expected, keyword)
+        part_hint(at)
+        or (leads_hint(at.keyword, at.opened) if at.text == "leads" else "")
+        or ("`leads to` is written in two words" if at.expected == {"to"} else "")
+        or behind_leads(at)
+        or form_hint(at)
+        or remedy_hint(at)
+        or argument_hint(at)
+        or head_hint(at)
+        or value_hint(at)
+        or range_hint(at)
     )
 
 
-def _beginning(token: Token, following: Token | None, expected: frozenset[str]) -> str:
+def _beginning(at: Unexpected) -> str:
     """Return the advice on a token where a statement may begin."""
-    if token.text in ITEMS and "assume" in expected:
-        return f"`{token.text}` stands in a spec"
-    called = following is not None and following.text == "("
-    if token.text in HEAD and not expected & {"enum", "assume"} and (called or token.text == "instances"):
-        return f"`{token.text}` stands in the head of a request, before its block"
-    hint = statement_hint(token, following, expected)
-    near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
-    return _elsewhere(token.text) or hint or near
+    if at.text in ITEMS and "assume" in at.expected:
+        return f"`{at.text}` stands in a spec"
+    if at.text in HEAD and not at.expected & {"enum", "assume"} and (at.ahead == "(" or at.text == "instances"):
+        return f"`{at.text}` stands in the head of a request, before its block"
+    return _elsewhere(at.text) or statement_hint(at.token, at.following, at.expected) or _resembled(at)
 
 
-def _in_condition(
-    token: Token,
-    before: Token | None,
-    expected: frozenset[str],
-    following: Token | None,
-    keyword: str,
-    opened: tuple[str, ...],
-    closed: Closed,
-) -> str:
+def _in_condition(at: Unexpected) -> str:
     """Return the advice on a token where a term or an operator of a condition is expected."""
-    text = token.text
-    behind = before is not None and before.kind == NAME and bool(expected & {"and", "&"})
-    hint = temporal_hint(token, before.text, keyword, opened) if before is not None and behind else ""
-    hint = hint or _compared(token, following, expected, closed) or condition_hint(token, before, following, expected)
+    text, expected, keyword = at.text, at.expected, at.keyword
+    behind = at.named and bool(expected & {"and", "&"})
+    hint = (temporal_hint(at) if behind else "") or _compared(at) or condition_hint(at)
     if hint:
         return hint
     if text == "=" and "==" in expected:
@@ -223,23 +194,21 @@ def _in_condition(
     if text == "(" and "self" in expected and "not" not in expected:
         return _PARENTHESES
     if text in RELATIONS | {"+", "-", "*"} and "and" in expected:
-        return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
+        return _PARENTHESES if at.previous == ")" else _TWO_SIDES
     if text == "leads" or (text == "lead" and "leads" not in expected):
-        return leads_hint(keyword, opened)
+        return leads_hint(keyword, at.opened)
     if text == "leads_to":
         return "write `leads to`, in two words"
-    form = misspelt_form(before, expected)
-    called = predicate_hint(before.text, keyword) if text == "(" and behind and before is not None else ""
+    form = misspelt_form(at.before, expected)
+    called = predicate_hint(at.previous, keyword) if text == "(" and behind else ""
     if called or form:
         return called or form or ""
-    hint = form_hint(token, keyword, expected)
+    hint = form_hint(at)
     if hint:
         return hint
-    if text == "(" and before is not None:
-        return did_you_mean(before.text, _PREDICATES | STEPS) or (_called(keyword) if behind and form is None else "")
-    if form is not None:
-        return form
-    return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
+    if text == "(" and at.before is not None:
+        return did_you_mean(at.previous, _PREDICATES | STEPS) or (_called(keyword) if behind and form is None else "")
+    return _resembled(at) if form is None else form
 
 
 def _called(keyword: str) -> str:
@@ -249,9 +218,9 @@ def _called(keyword: str) -> str:
     return f"no name has brackets but the predicates {known}{steps}"
 
 
-def _compared(token: Token, following: Token | None, expected: frozenset[str], closed: Closed) -> str:
+def _compared(at: Unexpected) -> str:
     """Return the advice on a comparison of conditions."""
-    text, told = token.text, following.text if following else ""
+    text, told, expected, closed = at.text, at.ahead, at.expected, at.closed
     if text not in RELATIONS | {"+", "-", "<->"} or "and" not in expected or text + told == "->":
         return ""
     if closed and text in RELATIONS and told in _OUTCOMES:

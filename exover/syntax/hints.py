@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from exover.syntax.lex import INT, NAME, NUMBER, SIGNS, STRING, Token
+from exover.syntax.unexpected import Unexpected
 
 _GOES = "a rule begins with `mutex`, `limit`, `forbid` or `launch`, then its name: `forbid NAME: CONDITION;`"
 _ACTS = (
@@ -114,133 +115,128 @@ def _comment(token: Token, following: Token | None) -> bool:
     return token.text == "-" and following is not None and (following.text, following.start) == ("-", token.end)
 
 
-def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> str:
-    """Return the advice on a token after ``before``, a word in the place of a type."""
-    if before is None:
+def type_hint(at: Unexpected) -> str:
+    """Return the advice on a token behind a word in the place of a type."""
+    if at.before is None:
         return ""
-    if before.text == "int" and expected == {"in"}:
+    if at.previous == "int" and at.expected == {"in"}:
         return "an int has a range: `int in 0 .. 100`"
-    if before.text in ("bool", "int", "real", *TYPES) and token.kind == NAME:
+    if at.previous in ("bool", "int", "real", *TYPES) and at.token.kind == NAME:
         return "a type stands behind the name and `:`; a `const` has none"
-    return TYPES.get(before.text, "") if token.text in ("in", "(") else ""
+    return TYPES.get(at.previous, "") if at.text in ("in", "(") else ""
 
 
-def list_hint(token: Token, before: Token | None, expected: frozenset[str], keyword: str) -> str:
-    """Return the advice on a token in a list of requests, in the statement that `keyword` begins."""
-    if keyword == "const":
+def list_hint(at: Unexpected) -> str:
+    """Return the advice on a token in a list of requests."""
+    if at.keyword == "const":
         return ""  # it has a value and no list
-    if keyword == "latch" and token.text in RELATIONS:
+    if at.keyword == "latch" and at.text in RELATIONS:
         return _UNTIL
-    if token.text == "with" and {",", ")"} <= expected:
+    if at.text == "with" and {",", ")"} <= at.expected:
         return "`with` asks of a single request: `active(MODULE.REQUEST) or active(MODULE.REQUEST with …)`"
-    if "over" in expected and token.text in RELATIONS:
+    if "over" in at.expected and at.text in RELATIONS:
         return "write `mutex WINNER over LOSER;`"
-    if ("with" in expected and token.text == "(") or ("," in expected and token.text in RELATIONS):
+    if ("with" in at.expected and at.text == "(") or ("," in at.expected and at.text in RELATIONS):
         return _WITH
-    if token.text == "(" and before is not None and before.kind == NAME:
+    if at.text == "(" and at.named:
         return "requests are listed without parentheses and arguments"
-    if token.text == "or" and keyword == "after":
+    if at.text == "or" and at.keyword == "after":
         return (
             "each that is listed is needed; that one of them is enough: `check past(MODULE.REQUEST, MODULE.REQUEST);`"
         )
-    return "requests are listed with `,`" if token.text in ("and", "or", "&", "+") else ""
+    return "requests are listed with `,`" if at.text in ("and", "or", "&", "+") else ""
 
 
-def value_hint(token: Token, before: Token, expected: frozenset[str], keyword: str) -> str:
+def value_hint(at: Unexpected) -> str:
     """Return the advice on what is computed, or read, where a value is written: in a `set`, a declaration, a launch."""
-    if keyword not in _VALUED or (keyword == "request" and token.text not in ("+", "-", "*")):
+    text, expected = at.text, at.expected
+    if at.before is None or at.keyword not in _VALUED or (at.keyword == "request" and text not in ("+", "-", "*")):
         return ""
-    behind = before.kind in (NAME, INT, NUMBER, "true", "false") and not expected & {":", "(", "..", "of"}
-    computed = token.text in ("+", "-", "*", "/") or (token.text in ("and", "or", ".") and "->" not in expected)
-    if behind and computed and "," in expected and token.text in ("and", "or", "&"):
+    behind = at.before.kind in (NAME, INT, NUMBER, "true", "false") and not expected & {":", "(", "..", "of"}
+    computed = text in ("+", "-", "*", "/") or (text in ("and", "or", ".") and "->" not in expected)
+    if behind and computed and "," in expected and text in ("and", "or", "&"):
         return ""
-    if (behind and computed) or ({"true", INT, NAME} <= expected and token.text in ("not", "self", "(")):
-        return _COUNTED if keyword == "on" and token.text in ("+", "-") else _CONSTANT
-    return _CONSTANT if before.text == "-" and INT in expected and token.kind == NAME else ""
+    if (behind and computed) or ({"true", INT, NAME} <= expected and text in ("not", "self", "(")):
+        return _COUNTED if at.keyword == "on" and text in ("+", "-") else _CONSTANT
+    return _CONSTANT if at.previous == "-" and INT in expected and at.token.kind == NAME else ""
 
 
-def argument_hint(token: Token, before: Token, expected: frozenset[str], keyword: str) -> str:
+def argument_hint(at: Unexpected) -> str:
     """Return the advice on the name of a parameter before an argument of a launch."""
-    named = keyword == "launch" and {",", ")"} <= expected and before.kind == NAME and token.text in ("=", "==", ":")
+    named = at.keyword == "launch" and {",", ")"} <= at.expected and at.named and at.text in ("=", "==", ":")
     return "arguments stand by position, without names: `MODULE.REQUEST(VALUE, VALUE)`" if named else ""
 
 
-def range_hint(token: Token, expected: frozenset[str], keyword: str) -> str:
+def range_hint(at: Unexpected) -> str:
     """Return the advice on what is no `..` behind the first end of a range, or on a set without braces."""
-    if ".." not in expected or token.text == "..":
+    if ".." not in at.expected or at.text == "..":
         return ""
-    if keyword in ("poster", "state", "request"):
+    if at.keyword in ("poster", "state", "request"):
         return "a range is written `0 .. 9`"
     return "a set is written `in {a, b}`, a range `in 0 .. 9`"
 
 
-def remedy_hint(
-    token: Token,
-    before: Token,
-    following: Token | None,
-    expected: frozenset[str],
-    keyword: str,
-    opened: tuple[str, ...],
-) -> str:
-    """Return the advice on what joins remedies, in the statement whose tokens so far are ``opened``."""
-    if keyword == "mutex" and "over" in opened:
-        joined = before.text == "wait" and token.text in ("or", ",", "and")
-        return _OVER if joined or (expected == {"wait"} and before.text in ("by", "else")) else ""
-    if expected == {"wait"} and before.text == "else" and token.text in ("reject", "kill"):
-        return f"leave out `else {token.text}`: only `wait` can be added"
-    ahead = following.text if following else ""
-    remedies = "or" in expected and not expected & {"and", "|"} and "by" in opened
-    if remedies and token.text in (",", "and", "else", "then", "&"):
-        return _REMEDIES if "," not in expected or ahead in ("kill", "reject", "wait") else ""
-    if expected == {"kill", "reject", "wait"} and before.text == "or" and token.kind == NAME:
+def remedy_hint(at: Unexpected) -> str:
+    """Return the advice on what joins remedies."""
+    text, expected = at.text, at.expected
+    if at.keyword == "mutex" and "over" in at.opened:
+        joined = at.previous == "wait" and text in ("or", ",", "and")
+        return _OVER if joined or (expected == {"wait"} and at.previous in ("by", "else")) else ""
+    if expected == {"wait"} and at.previous == "else" and text in ("reject", "kill"):
+        return f"leave out `else {text}`: only `wait` can be added"
+    remedies = "or" in expected and not expected & {"and", "|"} and "by" in at.opened
+    if remedies and text in (",", "and", "else", "then", "&"):
+        return _REMEDIES if "," not in expected or at.ahead in ("kill", "reject", "wait") else ""
+    if expected == {"kill", "reject", "wait"} and at.previous == "or" and at.token.kind == NAME:
         return "behind `or` stands a remedy, as `or wait`; the requests of a `kill` are listed with `,`"
     return ""
 
 
-def head_hint(token: Token, following: Token | None, expected: frozenset[str], keyword: str) -> str:
+def head_hint(at: Unexpected) -> str:
     """Return the advice on a part of the head of a request, or of a resource, in the wrong order."""
-    if keyword == "resource" and token.text == "consumable" and "or" in expected:
+    text, expected = at.text, at.expected
+    if at.keyword == "resource" and text == "consumable" and "or" in expected:
         return "`consumable` stands before `by`"
-    if token.text == "," and keyword == "request" and following is not None and following.text in HEAD:
+    if text == "," and at.keyword == "request" and at.ahead in HEAD:
         return "leave out the `,`"
-    if keyword != "request" or token.text not in HEAD or not expected & {";", "{"}:
+    if at.keyword != "request" or text not in HEAD or not expected & {";", "{"}:
         return ""
-    later = HEAD[HEAD.index(token.text) + 1 :]
+    later = HEAD[HEAD.index(text) + 1 :]
     if not later or later[0] in expected:
-        return f"`{token.text}` stands once in the head of a request"
-    return f"`{token.text}` stands before {' and '.join(f'`{word}`' for word in later)}"
+        return f"`{text}` stands once in the head of a request"
+    return f"`{text}` stands before {' and '.join(f'`{word}`' for word in later)}"
 
 
-def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
+def part_hint(at: Unexpected) -> str:
     """Return the advice on a token in a part of a statement that is neither a list nor a condition."""
-    if before.text == "because":
-        if token.kind == STRING:
+    text, previous, expected = at.text, at.previous, at.expected
+    if previous == "because":
+        if at.token.kind == STRING:
             return "leave out the `,` before `because`"
         return 'a text stands between `"` and `"`: `because "TEXT"`'
-    if expected == {INT} and token.kind == NAME:
+    if expected == {INT} and at.token.kind == NAME:
         return "a whole number is written out here; no `const` can stand for it"
-    if before.text in RELATIONS and expected == {INT}:
+    if previous in RELATIONS and expected == {INT}:
         return "an amount of a resource is a whole number, written out"
-    if before.text in RELATIONS and "interrupted" in expected:
+    if previous in RELATIONS and "interrupted" in expected:
         return "`last` tells how the last instance ended: `none`, `ok`, `failed` or `interrupted`"
-    if token.text == "(" and expected == {"="}:
+    if text == "(" and expected == {"="}:
         return "it has no parameters: `=` stands behind its name"
-    if token.text == "==" and "=" in expected:
+    if text == "==" and "=" in expected:
         return "a value is given with one `=`"
-    if token.text == "*" and before.text == "." and expected == {NAME}:
+    if text == "*" and previous == "." and expected == {NAME}:
         return "one request is meant here: `MODULE.REQUEST`"
-    if before.text == ".." and token.text == ".":
+    if previous == ".." and text == ".":
         return "a range is written `0 .. 9`"
-    if token.text == "-" and before.kind == NAME and before.end == token.start:
+    if text == "-" and at.before is not None and at.named and at.before.end == at.token.start:
         return "names are made of the letters `A` to `Z`, digits and `_`"
     return ""
 
 
-def condition_hint(token: Token, before: Token | None, following: Token | None, expected: frozenset[str]) -> str:
+def condition_hint(at: Unexpected) -> str:
     """Return the advice on a token in a condition, where an operator or a term is expected."""
-    text = token.text
-    pair = text + (following.text if following and following.start == token.end else "")
-    previous = before.text if before else ""
+    token, text, previous, expected = at.token, at.text, at.previous, at.expected
+    pair = text + (at.following.text if at.following and at.following.start == token.end else "")
     if pair == "=>":
         return "write `->`" if "->" in expected else "write `>=`, or `implies` between conditions"
     if pair == "->" and "implies" in expected:
@@ -261,8 +257,8 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
         return "an enum value is written without quotes"
     if token.kind == STRING:
         return "a text stands behind `because`; that of a property behind its name"
-    if text == "," and before is not None and before.kind == INT:
-        if following is None or following.start > token.end:
+    if text == "," and at.before is not None and at.before.kind == INT:
+        if at.following is None or at.following.start > token.end:
             return "one of several values is `in {a, b}`; conditions are joined with `and`"
         return "a fraction is written with a point: `0.5`"
     if text == "{" and previous in RELATIONS:
@@ -279,17 +275,18 @@ def condition_hint(token: Token, before: Token | None, following: Token | None, 
         )
     if (text == "(" or token.kind == NAME) and previous in ("never", "always", "possible") and "by" in expected:
         return f"`{previous}` is no condition: `forbid` says what must not be"
-    return _applied(token, previous, expected) or _WORDS.get(text.lower(), "")
+    return _applied(at) or _WORDS.get(text.lower(), "")
 
 
-def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
-    """Return the advice on a token after `previous`, a word used as a predicate or a temporal operator."""
-    if previous in ("A", "E") and "[" in expected:
+def _applied(at: Unexpected) -> str:
+    """Return the advice on a token behind a word used as a predicate or a temporal operator."""
+    previous = at.previous
+    if previous in ("A", "E") and "[" in at.expected:
         return (
             f"`ctl` has `{previous}F`, `{previous}G`, `{previous}X` and `{previous} [p U q]`, `ltl` is about all runs"
         )
-    if previous in _STATES and "(" in expected and token.kind == NAME:
+    if previous in _STATES and "(" in at.expected and at.token.kind == NAME:
         return f"write `{previous}(MODULE.REQUEST)`"
-    if previous == "count" and token.text == "(":
+    if previous == "count" and at.text == "(":
         return "write `limit at most NUMBER of REQUESTS;`"
     return ""

@@ -17,7 +17,6 @@ from exover.syntax.expect import (
     MEMBERS,
     OPENINGS,
     PROPERTY_ITEMS,
-    Closed,
     advice,
     expectation,
     found,
@@ -30,6 +29,7 @@ from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
 from exover.syntax.machine import ParserState
 from exover.syntax.temporal import leads_hint
 from exover.syntax.tree import Product, Sum, Unit
+from exover.syntax.unexpected import Closed, Unexpected
 
 _LISTS = ("check", "request", "enum", "assume")
 """A state with an action for one of these is in a list of statements, where the parser can resume."""
@@ -213,8 +213,8 @@ def _unexpected(
     # An error at the end of the file is reported where the last token ends, not after blank lines.
     span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)
     message = f"expected {expectation(expected)}, found {found(token)}"
-    help = advice(token, before, expected, _keyword(machine), following, _opened(machine), _closed(machine))
-    return Diagnostic("E106", message, span, help=help)
+    at = Unexpected(token, before, expected, _keyword(machine), following, _opened(machine), _closed(machine))
+    return Diagnostic("E106", message, span, help=advice(at))
 
 
 def _opened(machine: ParserState) -> tuple[str, ...]:

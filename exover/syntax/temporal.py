@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from exover.syntax.lex import NAME, Token
+from exover.syntax.lex import NAME
+from exover.syntax.unexpected import Unexpected
 
 FORMS = frozenset({"never", "always", "possible", "from", "ctl", "ltl"})
 """The words that begin a form of property."""
@@ -104,33 +105,32 @@ def leads_hint(keyword: str, opened: tuple[str, ...]) -> str:
     return _WHOLE if "always" in opened and ("not" in opened or opened.count("(") > 1) else _LEADS
 
 
-def behind_leads(before: Token | None, opened: tuple[str, ...], expected: frozenset[str]) -> str:
+def behind_leads(at: Unexpected) -> str:
     """Return the advice on what follows `always (… leads to …)`; "" elsewhere."""
-    return _WHOLE if before is not None and before.text == ")" and "leads" in opened and expected == {";"} else ""
+    return _WHOLE if at.previous == ")" and "leads" in at.opened and at.expected == {";"} else ""
 
 
-def form_hint(token: Token, keyword: str, expected: frozenset[str]) -> str:
+def form_hint(at: Unexpected) -> str:
     """Return the advice on a form of property, or `precedes` or `until`, where a condition is to go on or to end."""
-    if keyword == "assume" and token.text in ("until", "precedes", "possible", "from"):
-        return f"`{token.text}` does not stand in an assumption: that is `always` or `never` a condition"
-    if keyword != "property":
+    text, expected = at.text, at.expected
+    if at.keyword == "assume" and text in ("until", "precedes", "possible", "from"):
+        return f"`{text}` does not stand in an assumption: that is `always` or `never` a condition"
+    if at.keyword != "property":
         return ""
-    if token.text in ("until", "precedes") and "precedes" not in expected:
-        if "->" in expected and token.text == "until":
+    if text in ("until", "precedes") and "precedes" not in expected:
+        if "->" in expected and text == "until":
             return "in a formula `until` is `U`: `ltl CONDITION U CONDITION`, or `ctl A [CONDITION U CONDITION]`"
-        return f"`{token.text}` stands between two conditions, alone: `CONDITION {token.text} CONDITION`"
-    if token.text in ("never", "always") and expected & {"and", "&"}:
-        return f"`{token.text}` stands at the beginning of a property; inside, a formula has `G`: `ltl G CONDITION`"
-    if token.text == "before" and "and" in expected:
+        return f"`{text}` stands between two conditions, alone: `CONDITION {text} CONDITION`"
+    if text in ("never", "always") and expected & {"and", "&"}:
+        return f"`{text}` stands at the beginning of a property; inside, a formula has `G`: `ltl G CONDITION`"
+    if text == "before" and "and" in expected:
         return _BEFORE
     return ""
 
 
-def temporal_hint(token: Token, word: str, keyword: str, opened: tuple[str, ...]) -> str:
-    """Return the advice on ``word``, read as a name before ``token``, which can follow an operator but no name.
-
-    ``opened``: the tokens of the statement so far, as far as they are kept; it begins with `keyword`.
-    """
+def temporal_hint(at: Unexpected) -> str:
+    """Return the advice on a word that was read as a name, before a token that can follow an operator but no name."""
+    token, word, keyword, opened = at.token, at.previous, at.keyword, at.opened
     operand = token.kind == NAME or token.text in ("(", "not", "!")
     if word in _SCOPES and keyword == "property" and operand and token.text != "(":
         return _SCOPES[word]

@@ -9,6 +9,7 @@ from exover.source import Source
 from exover.syntax.expect import advice, expectation
 from exover.syntax.lex import tokens
 from exover.syntax.parse import parse
+from exover.syntax.unexpected import Unexpected
 
 SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
 
@@ -255,4 +256,4 @@ def test_expectations_in_words() -> None:
 
 def test_no_advice_where_there_is_none() -> None:
     (token, *_) = tokens("zzzzzz", [])
-    assert advice(token, None, frozenset({"and"}), "forbid") == ""
+    assert advice(Unexpected(token, None, frozenset({"and"}), "forbid")) == ""
