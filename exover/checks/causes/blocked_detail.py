@@ -106,7 +106,9 @@ def _chain(broken: BrokenFinding, state: State, name: str) -> str:
 
 
 def _told(broken: BrokenFinding, links: Iterable[tuple[State, Blocked | Forbidden | Launch]]) -> list[str]:
-    return [_link(broken, there, each) for there, each in islice(links, LINKS)]
+    """Return up to `LINKS` causes as parts of a sentence, and whether there are more."""
+    first = list(islice(links, LINKS + 1))
+    return [_link(broken, *each) for each in first[:LINKS]] + ["and so on"] * (len(first) > LINKS)
 
 
 def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launch) -> str:

@@ -397,6 +397,15 @@ def test_what_would_mend_it_and_cannot_be_is_told(engines: Engines) -> None:
     assert sing[2] == "`m.reset()` is refused by `m.reset.unplugged`, there plug.mated == false"
 
 
+@pytest.mark.parametrize(("length", "more"), [(4, False), (5, True)])
+def test_of_a_long_chain_it_is_told_that_it_goes_on(length: int, more: bool) -> None:
+    """Each request is to come after the next, and the last after the first."""
+    chain = " ".join(f"request r{n}() {{ after m.r{(n + 1) % length}; }}" for n in range(length))
+    message = found(f"spec s; module m {{ {chain} }}")["lockout", "m.r0"].message
+    assert message.count(" is refused by ") == 4
+    assert message.endswith("; and so on") == more
+
+
 OTHERS = """module other {
     request a() { check x: p > 3; } request b() { fail y: when lit; } request c(x: int in 0 .. 9) { fail z: when dark; }
     request d(); request e(); request f(); request g(); request h(); request i();
