@@ -55,14 +55,17 @@ class Cnf:
         return found
 
     def _gate(self, node: int, left: Literal, right: Literal) -> NodeClauses:
-        leaves = self._leaves([left >> 1, right >> 1])
-        if leaves == [left >> 1, right >> 1]:
+        leaves, inner = self._cut([left >> 1, right >> 1])
+        if not inner:
             return tuple(leaves), _conjunction(left & 1, right & 1)
-        return tuple(leaves), _clauses(self._table(node, leaves), len(leaves))
+        return tuple(leaves), _clauses(self._table(node, leaves, inner), len(leaves))
 
-    def _leaves(self, leaves: list[int]) -> list[int]:
-        """Return up to `LEAVES` nodes, a cut below these: nodes used only here are replaced by their fanins."""
-        fanins, uses = self._fanins, self._uses
+    def _cut(self, leaves: list[int]) -> tuple[list[int], list[int]]:
+        """Return up to `LEAVES` nodes, a cut below these: nodes used only here are replaced by their fanins.
+
+        Also those that were replaced, each before those that took its place.
+        """
+        fanins, uses, inner = self._fanins, self._uses, list[int]()
         while True:
             best: list[int] | None = None
             for leaf in leaves:
@@ -72,24 +75,18 @@ class Cnf:
                     if best is None or len(more) < len(best) - 1:
                         best = [leaf, *more]
             if best is None or len(leaves) + len(best) - 2 > LEAVES:
-                return leaves
+                return leaves, inner
+            inner.append(best[0])
             leaves.remove(best[0])
             leaves += best[1:]
 
-    def _table(self, node: int, leaves: Sequence[int]) -> int:
-        """Return the truth table of a node over leaves."""
-        ones = (1 << (1 << len(leaves))) - 1
+    def _table(self, node: int, leaves: Sequence[int], inner: Sequence[int]) -> int:
+        """Return the truth table of a node over leaves; `inner`: the nodes between, from the top down."""
         values = dict(zip(leaves, VARIABLES, strict=False))
-
-        def value(literal: Literal) -> int:
-            at = literal >> 1
-            found = values.get(at)
-            if found is None:
-                left, right = self._fanins[at]  # type: ignore[misc]
-                found = values[at] = value(left) & value(right)
-            return (ones ^ found if literal & 1 else found) & ones
-
-        return value(2 * node)
+        for each in (*reversed(inner), node):
+            left, right = self._fanins[each]  # type: ignore[misc]
+            values[each] = (values[left >> 1] ^ -(left & 1)) & (values[right >> 1] ^ -(right & 1))
+        return values[node] & (1 << (1 << len(leaves))) - 1
 
 
 @cache
