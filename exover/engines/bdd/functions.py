@@ -126,7 +126,7 @@ class _Execution(SymbolicExecution[Set]):
         """Stop where a variable has none of these values."""
         self.enabled &= ~where | self._now(self.space.among(var, values))
 
-    def switch(self, var: int, branches: list[SwitchCase], where: Set) -> None:
+    def switch(self, var: int, branches: tuple[SwitchCase, ...], where: Set) -> None:
         """Run the case of the value that a variable has."""
         here = [(case, where & self._now(self.space.among(var, values))) for case, values in branches]
         for case, part in here:

@@ -91,7 +91,7 @@ class Image:
                 return states & space.among(var, values)
             case Switch(var):
                 found = space.none
-                for case, values in op.branches():
+                for case, values in op.branches:
                     part = states & space.among(var, values)
                     if part != space.none:
                         found |= self.post(part, case)

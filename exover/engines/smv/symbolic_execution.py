@@ -126,7 +126,7 @@ class DefineExecution(SymbolicExecution[Expr]):
         cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
         self.set(var, cases)
 
-    def switch(self, var: int, branches: list[SwitchCase], where: Expr) -> None:
+    def switch(self, var: int, branches: tuple[SwitchCase, ...], where: Expr) -> None:
         """Run the case of the value that a variable has."""
         here = [(case, where & self._conditions.among(var, values)) for case, values in branches if case]
         first = most = self._chosen

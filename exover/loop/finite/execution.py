@@ -38,7 +38,7 @@ class SymbolicExecution(ABC, Generic[S]):
             case Require(var, values):
                 self.require(var, values, where)
             case Switch(var):
-                self.switch(var, op.branches(), where)
+                self.switch(var, op.branches, where)
             case Walk():
                 self.walk(op, where)
             case Mark(label):
@@ -77,7 +77,7 @@ class SymbolicExecution(ABC, Generic[S]):
         """Stop where a variable has none of these values."""
 
     @abstractmethod
-    def switch(self, var: int, branches: list[SwitchCase], where: S) -> None:
+    def switch(self, var: int, branches: tuple[SwitchCase, ...], where: S) -> None:
         """Run the case of the value that a variable has; `branches`: each case with its values."""
 
     @abstractmethod

@@ -59,21 +59,20 @@ class Switch:
 
     var: int
     cases: tuple["Program", ...]
+    branches: "tuple[SwitchCase, ...]" = field(init=False, repr=False, compare=False)
+    """The different cases, each with the values for which it is done."""
     _hash: int = field(init=False, repr=False, compare=False)
     """Made once: programs share their parts, so that the paths through them are many more than these."""
 
     def __post_init__(self) -> None:
+        found: dict[Program, tuple[int, ...]] = {}
+        for value, case in enumerate(self.cases):
+            found[case] = (*found.get(case, ()), value)
+        object.__setattr__(self, "branches", tuple(found.items()))
         object.__setattr__(self, "_hash", hash((self.var, self.cases)))
 
     def __hash__(self) -> int:
         return self._hash
-
-    def branches(self) -> "list[SwitchCase]":
-        """Return the different cases, each with the values for which it is done."""
-        found: dict[Program, tuple[int, ...]] = {}
-        for value, case in enumerate(self.cases):
-            found[case] = (*found.get(case, ()), value)
-        return list(found.items())
 
 
 @dataclass(frozen=True, slots=True)
