@@ -143,10 +143,8 @@ class _Node:
 def _reread(reference: Reference, lasso: _Lasso) -> _Lasso:
     """Return the lasso; if its loop is one observation, let it observe what is so before the loop."""
     match lasso.loop:
-        case (Observe(name, value, False),):
-            end = end_of(reference, lasso.stem)
-            read = end.levels.get(name, end.readings.get(name, value))
-            return _Lasso(lasso.stem, (Observe(name, read),))
+        case (Observe(name, broken=False),):
+            return _Lasso(lasso.stem, (Observe(name, end_of(reference, lasso.stem).observed(name)),))
         case _:
             return lasso
 

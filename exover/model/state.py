@@ -59,6 +59,10 @@ class State:
         parts = (self.slots, self.places, self.past, self.last, self.readings, self.levels)
         return tuple(tuple(part.values()) for part in parts)
 
+    def observed(self, name: str) -> Value:
+        """Return what a poster reads, or the level of a consumable."""
+        return self.levels[name] if name in self.levels else self.readings[name]
+
     def with_slot(self, slot: SlotId, content: Slot | None) -> "State":
         """Return the state with this content of a slot; an index one past the last adds a slot."""
         name, index = slot

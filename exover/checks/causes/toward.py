@@ -112,13 +112,9 @@ def _events(
 ) -> Iterator[Event]:
     """Yield the events to try in a state: reports after the nearest observations, then asks, the nearest first."""
     for number, (observed, asked) in enumerate(layers):
-        yield from (each for each in observed if _reading(state, each.name) != each.value)
+        yield from (each for each in observed if state.observed(each.name) != each.value)
         yield from reports(model, state, random) if number == 0 else ()
         for request in asked:
             if state.places[request.name] is None or request.interrupts_self:
                 several = [arguments(request, random) for _ in range(ASKS)] if request.params else []
                 yield from (Ask(request.name, args) for args in dict.fromkeys([least_arguments(request), *several]))
-
-
-def _reading(state: State, name: str) -> object:
-    return state.levels[name] if name in state.levels else state.readings[name]
