@@ -2,10 +2,13 @@
 
 import signal
 
-HANGUP: int | None = getattr(signal, "SIGHUP", None)
-"""What processes get when their terminal is closed; Windows has none."""
-ENDING = tuple(each for each in (signal.SIGINT, signal.SIGTERM, HANGUP) if each is not None)
-"""Signals after which a command cleans up and ends."""
+ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals after which a command cleans up and ends. SIGHUP comes when a terminal is closed; Windows has none."""
+
+
+def heeded() -> set[int]:
+    """Return those of `ENDING` that this process does not ignore; under `nohup` it ignores SIGHUP."""
+    return {number for number in ENDING if signal.getsignal(number) != signal.SIG_IGN}
 
 
 def leave_ending_to_parent() -> None:

@@ -60,8 +60,6 @@ class MissionAuditor:
         try:
             with self._table(name, number) as table:
                 reading = _Reading(self._job, self._native, table)
-                if os.path.isdir(path) and not sources.is_bag(path):
-                    os.listdir(path)  # raises what keeps the folder from being read
                 error = reading.read(path)
                 figures = reading.figures()
                 error = error or reading.fault(figures)
@@ -156,6 +154,8 @@ class _Reading:
         """Read a mission to its end; return why it is no mission, or an empty text. Raises `OSError`."""
         if sources.is_bag(path):
             return self._read_bag(path)
+        if os.path.isdir(path):
+            os.listdir(path)  # raises what keeps the folder from being read
         if path.endswith(sources.TABLES):
             from exover.audit import parquet
 

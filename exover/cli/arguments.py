@@ -74,6 +74,14 @@ def parser() -> argparse.ArgumentParser:
     return found
 
 
+def outputs_of(arguments: argparse.Namespace) -> list[str]:
+    """Return the files that a command is told to write."""
+    named = vars(arguments)
+    options = ("out", "log", "certificate", "events" if arguments.verb == "replay" else "")
+    files = [named[each] for each in options if named.get(each)]
+    return files + [file for _, file in named.get("output") or ()]
+
+
 def _init(verbs: Any) -> None:
     init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events")
     init.add_argument(

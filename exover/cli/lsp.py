@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, cast
 from exover.cli.files import standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain
-from exover.ending import ENDING
+from exover.ending import heeded
 
 if TYPE_CHECKING:
     from exover.editor.server import SpecServer
@@ -31,9 +31,8 @@ def run(arguments: argparse.Namespace) -> int:
         heard.append(number)
         questions.end()
 
-    for number in ENDING:
-        if callable(signal.getsignal(number)):
-            signal.signal(number, end)
+    for number in heeded():
+        signal.signal(number, end)
     questions.hear_signals()
     if sys.stdin is not None and sys.stdin.isatty():
         complain("exover: note: an editor is expected on standard input, which is a terminal; Ctrl-C ends this")

@@ -13,15 +13,13 @@ from importlib import import_module
 from time import monotonic
 from types import FrameType, TracebackType
 
-from exover.cli.arguments import parser
+from exover.cli.arguments import outputs_of, parser
 from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
-from exover.ending import HANGUP
+from exover.ending import heeded
 from exover.raised import is_raised
 
-OUTPUTS = ("out", "log", "events", "output", "certificate")
-"""The options that may name files to write."""
 OBJECTS = 100_000
 """The threshold of the garbage collector, in objects: trees and models are many objects without cycles."""
 
@@ -41,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _refuse_overwriting(arguments: argparse.Namespace) -> None:
     """Raise `CliError` if an output of the command is a file that it reads."""
-    if any(getattr(arguments, name, None) for name in OUTPUTS):  # what looks for files is loaded for these alone
+    if outputs_of(arguments):  # what looks for files is loaded for these alone
         import_module("exover.cli.overwriting").refuse_overwriting(arguments)
 
 
@@ -90,10 +88,9 @@ def _explain(error: BaseException) -> None:
 
 
 def _end_by_signals() -> None:
-    """Let SIGTERM, and the end of the terminal unless it is ignored (as by `nohup`), end the command in order."""
-    signal.signal(signal.SIGTERM, _terminated)
-    if HANGUP is not None and signal.getsignal(HANGUP) != signal.SIG_IGN:
-        signal.signal(HANGUP, _terminated)
+    """Let SIGTERM and, unless it is ignored, a closed terminal end the command in order; Ctrl-C does so anyway."""
+    for number in (heeded() | {signal.SIGTERM}) - {signal.SIGINT}:
+        signal.signal(number, _terminated)
 
 
 def _terminated(number: int, frame: FrameType | None) -> None:

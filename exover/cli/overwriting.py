@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from exover.audit.sources import missions_in
+from exover.cli.arguments import outputs_of
 from exover.cli.policy import find_config
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError
@@ -17,14 +18,6 @@ NAMED = (
     *("properties", "old_properties", "events", "audit", "bind", "after", "config", "baseline"),
 )
 """The arguments and options that name one or several files to read."""
-
-
-def outputs_of(arguments: argparse.Namespace) -> list[str]:
-    """Return the files that a command is told to write."""
-    named = vars(arguments)
-    options = ("out", "log", "certificate", "events" if arguments.verb == "replay" else "")
-    files = [named[each] for each in options if named.get(each)]
-    return files + [file for _, file in named.get("output") or ()]
 
 
 def refuse_overwriting(arguments: argparse.Namespace) -> None:

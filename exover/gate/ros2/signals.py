@@ -5,7 +5,7 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
-from exover.ending import ENDING
+from exover.ending import heeded
 
 
 class DeferredSignals:
@@ -21,9 +21,7 @@ class DeferredSignals:
 
     def __enter__(self) -> "DeferredSignals":
         """Install the handlers."""
-        self._before = {
-            number: signal.signal(number, self._note) for number in ENDING if callable(signal.getsignal(number))
-        }
+        self._before = {number: signal.signal(number, self._note) for number in heeded()}
         return self
 
     def _note(self, number: int, frame: FrameType | None) -> None:
