@@ -8,14 +8,13 @@ from pathlib import Path
 from exover.checks.questions import SEVERITY
 from exover.checks.questions.choice import ALL, CheckSelection, asked, unknown
 from exover.cli.files import read_source, read_text, shown
+from exover.cli.repository import CONFIG, folders_up
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import render_all
 from exover.places import refuse_irregular
 from exover.report.config import NO_CONFIG, Config, read_config
 from exover.report.policy import Baseline, Policy, Unusable, read_baseline
-
-CONFIG = "exover.toml"
 
 
 def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection[str] | None, spec: str) -> Policy:
@@ -63,9 +62,7 @@ def find_config(spec: str) -> str | None:
     The root is the folder that holds `.git`; outside a repository only the folder of the spec is searched. Raises
     `CliError` if the path found is no regular file.
     """
-    folders = list(Path(spec).absolute().parents)
-    roots = [number for number, folder in enumerate(folders) if (folder / ".git").exists()]
-    for number, folder in enumerate(folders[: roots[0] + 1 if roots else 1]):
+    for number, folder in enumerate(folders_up(Path(spec))):
         if os.path.lexists(folder / CONFIG):
             return _regular(str(Path(spec).parent / CONFIG if number == 0 else folder / CONFIG))
     return None

@@ -21,9 +21,10 @@ from pathlib import Path
 
 import exover
 from exover.cli.replacing import replacing
+from exover.cli.repository import CONFIG, folders_up
 from exover.dataclass import dataclass
 
-FOLDER, CONFIG, OFF = ".exover_cache", "exover.toml", "EXOVER_NO_CACHE"
+FOLDER, OFF = ".exover_cache", "EXOVER_NO_CACHE"
 BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max_tests", "max_rom", "max_ram", "output")
 """The options with which no report is kept: they write, measure or limit something."""
 INDIFFERENT = ("jobs", "started", "module", "watch", "watched", "no_cache", "specs")
@@ -109,7 +110,7 @@ def remember(kept: ReportEntry, text: str, status: int) -> None:
 
 def folder_of(spec: Path) -> Path:
     """Return the cache folder of a spec: at the root of its repository, else beside it."""
-    return list(_above(spec))[-1] / FOLDER
+    return folders_up(Path(os.path.realpath(spec)))[-1] / FOLDER
 
 
 def write(file: Path, text: str) -> None:
@@ -189,7 +190,7 @@ def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes
 
     Raises `OSError` if one cannot be read, is no regular file, or has more than `MOST_BYTES`.
     """
-    configs = [folder / CONFIG for folder in _above(spec)]
+    configs = [folder / CONFIG for folder in folders_up(spec)]
     found = [*_parts(spec), *_properties(spec), *(file for file in configs if os.path.lexists(file))]
     found += [Path(file) for file in (arguments.properties, arguments.config, arguments.baseline) if file]
     for file in found:
@@ -209,18 +210,26 @@ def helpers(arguments: argparse.Namespace) -> Iterator[str]:
 
 
 def _parts(spec: Path) -> list[Path]:
-    """Return a spec and all files that it includes, at any depth; `OSError` if an `include` is not in plain form."""
-    found, known = [spec], {os.path.realpath(spec)}
+    """Return a spec and all files that it includes, at any depth; `OSError` if an `include` is not in plain form.
+
+    A file that is included by several names is returned for each folder: what it includes itself is looked for there.
+    """
+    found, known = [spec], {_in_folder(spec)}
     for file in found:
         text = file.read_bytes()
         named = INCLUDE.findall(text)
         if len(named) != len(re.findall(rb"\binclude\b", text)):
             raise OSError(errno.EINVAL, "what it includes is not plain to see", str(file))
         for part in (file.parent / os.fsdecode(name) for name in named):
-            if (real := os.path.realpath(part)) not in known:
-                known.add(real)
+            if (place := _in_folder(part)) not in known:
+                known.add(place)
                 found.append(part)
     return found
+
+
+def _in_folder(file: Path) -> str:
+    """Return the name of a file in the real folder that holds it; the file itself may be a link."""
+    return os.path.join(os.path.realpath(file.parent), file.name)
 
 
 def _properties(spec: Path) -> list[Path]:
@@ -228,10 +237,3 @@ def _properties(spec: Path) -> list[Path]:
     beside = Path(os.path.normpath(spec.parent / ".." / "properties"))
     places = (spec.parent, spec.parent / "properties", beside)
     return [file for place in places if place.is_dir() for file in sorted(place.glob("*.prop"))]
-
-
-def _above(spec: Path) -> Iterator[Path]:
-    """Yield the folder of a spec and, in a repository, those above it up to its root."""
-    folders = [Path(os.path.realpath(spec)).parent, *Path(os.path.realpath(spec)).parent.parents]
-    root = next((place for place, folder in enumerate(folders) if (folder / ".git").exists()), 0)
-    yield from folders[: root + 1]

@@ -6,7 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-from exover.cli.policy import CONFIG, find_config
+from exover.cli.policy import find_config
+from exover.cli.repository import CONFIG
 from exover.cli.status import CliError
 from exover.dataclass import dataclass
 from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part

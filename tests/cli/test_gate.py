@@ -232,6 +232,21 @@ def test_the_configuration_is_looked_for_up_to_the_root_of_the_repository(tmp_pa
     assert find_config(str(spec)) == str(inner / "exover.toml")
 
 
+def test_the_configuration_of_a_folder_that_a_path_only_passes_is_of_no_concern(tmp_path, monkeypatch):
+    for folder in (".git", "robot/arm", "robot/base", "other"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "robot" / "arm" / "exover.toml").write_text("")
+    (tmp_path / "link").symlink_to("robot/base")
+    monkeypatch.chdir(tmp_path / "robot" / "arm")
+    assert find_config("../base/demo.exo") is None
+    assert find_config("../../link/../arm/demo.exo") == "../../link/../arm/exover.toml"
+    (tmp_path / "exover.toml").write_text("")
+    (tmp_path / "robot" / "exover.toml").write_text("")
+    assert find_config("../base/demo.exo") == str(tmp_path / "robot" / "exover.toml")
+    assert find_config("../../link/demo.exo") == str(tmp_path / "exover.toml")
+    assert find_config("../../link/../demo.exo") == "../../link/../exover.toml"
+
+
 def test_a_configuration_may_be_named(run, spec, tmp_path):
     spec.write_text(DEAF)
     (tmp_path / "other").mkdir()

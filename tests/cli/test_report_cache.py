@@ -91,6 +91,49 @@ def test_a_change_of_what_is_included_is_asked_anew(run, spec: Path, decided: li
     assert decided == ["s", "s"]
 
 
+@pytest.fixture
+def linked(tmp_path: Path) -> Path:
+    """A spec that is named by a link from another folder of its repository."""
+    for folder in (".git", "a", "b"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "b" / "s.exo").write_text('spec s;\ninclude "m.exo";\n')
+    (tmp_path / "a" / "s.exo").symlink_to("../b/s.exo")
+    (tmp_path / "a" / "m.exo").write_text(SPEC.replace("spec s", "part m"))
+    return tmp_path / "a" / "s.exo"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("exover.toml", '[check]\nonly = ["safety"]\n'),
+        ("s.prop", PROPERTIES),
+        ("m.exo", SPEC.replace("spec s", "part m").replace("mutex ab: m.a, m.b;", "")),
+    ],
+)
+def test_what_belongs_to_a_linked_spec_is_beside_the_link(
+    name: str, text: str, run, linked: Path, decided: list[str]
+) -> None:
+    first = run("check", linked)
+    (linked.parent / name).write_text(text)
+    assert first.stdout != run("check", linked).stdout == run("check", linked, "--no-cache").stdout
+    assert len(decided) == 3
+
+
+def test_a_part_with_two_names_is_asked_anew_by_what_it_includes_under_the_first(
+    run, linked: Path, decided: list[str]
+) -> None:
+    root = linked.parents[1]
+    linked.unlink()
+    linked.write_text('spec s;\ninclude "l.exo";\ninclude "../b/p.exo";\n')
+    (root / "a" / "l.exo").write_text('part l;\ninclude "p.exo";\n')
+    (root / "b" / "p.exo").write_text('part p;\ninclude "m.exo";\n')
+    (root / "b" / "m.exo").write_text("part m;\n")
+    (root / "a" / "p.exo").symlink_to("../b/p.exo")
+    first = run("check", linked)
+    (root / "a" / "m.exo").write_text(SPEC.replace("spec s", "part m").replace("mutex ab: m.a, m.b;", ""))
+    assert first.stdout != run("check", linked).stdout == run("check", linked, "--no-cache").stdout
+
+
 @pytest.mark.parametrize(
     "options",
     [["--only", "safety"], ["--deny", "warnings"], ["--engine", "bdd"], ["--format", "json"], ["--abc", "none"]],
