@@ -4,16 +4,16 @@ import math
 from collections.abc import Callable
 from dataclasses import field
 from itertools import count
-from typing import Any
 
 from exover.dataclass import dataclass
 from exover.gate.binding import BindingKind, RequestBinding, Watch
 from exover.gate.fields import UnreadableField
 from exover.gate.gate import Gate
 from exover.gate.mcp import lines
-from exover.gate.mcp.calls import Exchange, Pending, ToolCall
-from exover.gate.mcp.lines import BadLine, Message, PreparedCall, key_of_id
-from exover.gate.mcp.results import document, ending, own_call, refusal, succeeded, visible
+from exover.gate.mcp.calls import Pending
+from exover.gate.mcp.client import McpClient
+from exover.gate.mcp.lines import BadLine, Message, PreparedCall
+from exover.gate.mcp.results import document, ending, own_call, succeeded, visible
 from exover.gate.mcp.server import McpServer
 from exover.gate.outer import (
     Alarm,
@@ -36,8 +36,6 @@ from exover.model.event import Args
 from exover.model.state import SlotId
 from exover.model.wire import Json
 
-MAX_OPEN = 1000
-"""The most requests of the client that may be open at once."""
 NEEDED = ("initialize", "ping", "server/discover", "tools/list")
 """Methods that always pass, since without them no client finds a tool."""
 NOTIFICATIONS = "notifications/"
@@ -57,11 +55,6 @@ class McpProxy:
     name: str = "mcp"
     kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
-    _open: dict[tuple[bool, Any], int | CallId] = field(default_factory=dict)
-    """Open requests of the client by id: the number by which one was passed on, or the call that the gate decides."""
-    _asked: Exchange = field(default_factory=Exchange)
-    """Open requests of the server to the client."""
-    _calls: dict[CallId, ToolCall] = field(default_factory=dict)
     _carries: dict[SlotId, int] = field(default_factory=dict)
     """The number of the open request to the server that carries out a slot."""
     _ready: bool = False
@@ -72,6 +65,7 @@ class McpProxy:
     """The call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went and have not ended since."""
+    _client: McpClient = field(init=False)
     _server: McpServer = field(init=False)
     _watching: Watching = field(init=False)
 
@@ -82,6 +76,7 @@ class McpProxy:
         for watch in self.gate.binding.watches:
             if watch.kind == "tool":
                 self._polls[watch.name] = lines.prepared(watch.source, watch.arguments)
+        self._client = McpClient(self.to_client)
         self._server = McpServer(self.to_server, self._numbers)
         self._watching = Watching(self.gate, self._poll, self.clock)
         self.gate.attach(self)
@@ -102,7 +97,7 @@ class McpProxy:
         try:
             message = lines.read(line, self.gate.binding.gate.max_line)
         except BadLine as bad:
-            self._answer(lines.error(None, bad.code, str(bad)))
+            self._client.error(None, bad.code, str(bad))
             return
         match message.kind:
             case "request":
@@ -123,7 +118,7 @@ class McpProxy:
             return
         match message.kind:
             case "request":
-                self._answer({**message.body, "id": self._asked.number(message.id)})
+                self._client.request(message)
             case "notification":
                 self._notice_of_server(message)
             case "response":
@@ -169,34 +164,31 @@ class McpProxy:
     # ---- the client ----
 
     def _request(self, message: Message) -> None:
-        if key_of_id(message.id) in self._open:
-            text = f"the id {message.id!r:.60} is that of a request which is not answered yet"
-            self._answer(lines.error(None, lines.INVALID_REQUEST, text))
-        elif len(self._open) >= MAX_OPEN:
-            self._answer(lines.error(message.id, lines.INVALID_REQUEST, f"{MAX_OPEN} requests are not answered yet"))
-        elif message.method == "tools/call":
+        if not self._client.admits(message.id):
+            return
+        if message.method == "tools/call":
             self._tool_call(message)
         elif message.method.startswith(NOTIFICATIONS):
-            self._answer(lines.error(message.id, lines.INVALID_REQUEST, "this method is a notification: send no id"))
+            self._client.error(message.id, lines.INVALID_REQUEST, "this method is a notification: send no id")
         elif self.gate.binding.gate.methods == "deny" and message.method not in NEEDED:
-            self._answer(lines.error(message.id, lines.METHOD_NOT_FOUND, "the gate does not pass this method"))
+            self._client.error(message.id, lines.METHOD_NOT_FOUND, "the gate does not pass this method")
         else:
             self._pass(message)
 
     def _pass(self, message: Message) -> None:
         if not self._server.alive:
-            self._answer(lines.error(message.id, lines.SERVER_GONE, "the server is gone"))
+            self._client.error(message.id, lines.SERVER_GONE, "the server is gone")
             return
         self._server.remember(message.params)
         number = self._server.request(message.body, Pending(message.method, message.id))
-        self._open[key_of_id(message.id)] = number
+        self._client.passed(message.id, number)
 
     def _tool_call(self, message: Message) -> None:
         name, arguments = message.params.get("name"), message.params.get("arguments", {})
         arguments = {} if arguments is None else arguments
         if not isinstance(name, str) or not isinstance(arguments, dict):
             text = "tools/call needs a `name`, and `arguments` that are an object"
-            self._answer(lines.error(message.id, lines.INVALID_PARAMS, text))
+            self._client.error(message.id, lines.INVALID_PARAMS, text)
             return
         candidates = self.gate.binding.called("tool", name)
         if not candidates and self.gate.binding.passes(name):
@@ -204,8 +196,7 @@ class McpProxy:
             return
         self._server.remember(message.params)
         call = CallId(self.name, next(self._numbers))
-        self._calls[call] = ToolCall(message.id, message.params)
-        self._open[key_of_id(message.id)] = call
+        self._client.called(call, message)
         bound = next((each for each in candidates if each.meant(arguments)), None)
         if bound is not None:
             self._ask(call, bound, message.params, arguments)
@@ -252,25 +243,18 @@ class McpProxy:
     def _cancelled(self, message: Message) -> None:
         """Cancel an open request of the client; an id that is not open is ignored."""
         id = message.params.get("requestId")
-        known = self._open.get(key_of_id(id)) if lines.is_id(id) else None
+        known = self._client.known(id)
         if isinstance(known, CallId):
-            self._forget(known)
+            self._client.forget(known)
             self.gate.tell(Cancelled(known))
         elif known is not None and (pending := self._server.pending(known)):
             pending.cancelled = True
-            del self._open[key_of_id(id)]
+            self._client.close(id)
             self._server.send({**message.body, "params": {**message.params, "requestId": known}})
 
     def _answered_by_client(self, message: Message) -> None:
-        for id in self._asked.answered(message.id):
+        for id in self._client.answered(message.id):
             self._server.send({**message.body, "id": id})
-
-    def _forget(self, call: CallId) -> ToolCall | None:
-        """Remove and return a call, since it is answered now or was cancelled; None if it is not open."""
-        found = self._calls.pop(call, None)
-        if found:
-            self._open.pop(key_of_id(found.client_id), None)
-        return found
 
     # ---- the server ----
 
@@ -285,18 +269,16 @@ class McpProxy:
         elif pending.slot is not None:
             self._carried_out(pending.slot, message)
         else:
-            self._ready = self._ready or (bool(self._server.envelope) and "result" in message.body)
+            self._ready = self._ready or (self._server.stateless and "result" in message.body)
             self._reply(pending, message.body)
 
     def _reply(self, pending: Pending, body: Json) -> None:
         """Give the client the response to a request that was passed on, unless it has cancelled that."""
         if pending.cancelled:
             return
-        self._open.pop(key_of_id(pending.client_id), None)
-        body = {**body, "jsonrpc": "2.0", "id": pending.client_id}
         if pending.method == "tools/list" and self.gate.binding.gate.hide:
             body = visible(body, self.gate.binding)
-        self._answer(body)
+        self._client.answer(pending.client_id, body)
 
     def _carried_out(self, slot: SlotId, message: Message) -> None:
         """Take the response to a call that carries out a slot: it tells the end, or that it has started."""
@@ -306,7 +288,7 @@ class McpProxy:
         held, bound = self.gate.state.slots.get(slot), self.gate.binding.of(slot[0])
         if held is None or bound is None:
             return
-        call = self._calls.get(held.call) if held.call else None
+        call = self._client.call(held.call)
         if call:
             call.answer = message.body
         entries, strange = (None, "") if bound.started and succeeded(message) else ending(bound, message)
@@ -317,8 +299,7 @@ class McpProxy:
             return
         if bound.report.watch is not None:
             self._watching.begun(slot, bound.report.watch)
-        if held.call:
-            self._finish(held.call)
+        self._finish(held.call)
 
     def _stopped(self, slot: SlotId, message: Message) -> None:
         """Take the response to a call that stops a slot: an error is a refusal; with `ends`, success is the end."""
@@ -341,13 +322,12 @@ class McpProxy:
 
     def _notice_of_server(self, message: Message) -> None:
         if message.method == "notifications/cancelled":
-            for number in self._asked.known(message.params.get("requestId")):
-                self._answer({**message.body, "params": {**message.params, "requestId": number}})
+            self._client.withdraw(message)
             return
         for watch in self.gate.binding.watches:
             if watch.kind == "notification" and watch.source == message.method:
                 self._watching.shown(watch, message.params)
-        self._answer(message.body)
+        self._client.send(message.body)
 
     # ---- what goes out ----
 
@@ -357,17 +337,14 @@ class McpProxy:
             case Forward(call, slot, args):
                 self._forward(call, slot, args)
             case Hold(call, rule, because):
-                self._hold(call, rule, because)
+                self._client.hold(call, rule, because)
             case Refuse(call, rule, because):
-                found = self._forget(call)
-                if found:
-                    self._deny(found.client_id, rule, because)
+                self._client.refuse(call, rule, because, self._server.stateless)
             case Stop(slot, rule, because):
                 self._stop(slot, rule, because)
             case Finish(call, slot, _):
                 self._ended(slot)
-                if call:
-                    self._finish(call)
+                self._finish(call)
             case Alarm():
                 self.tell(str(effect))
 
@@ -383,23 +360,14 @@ class McpProxy:
         bound = self.gate.binding.of(slot[0])
         assert bound is not None, "what is not bound is neither asked for nor required"
         self._watching.forget(slot)
-        found = self._calls.get(call) if call else None
+        found = self._client.call(call)
         params = {**found.params, "name": bound.inner} if found else self._server.own(own_call(bound, args))
         body = {"jsonrpc": "2.0", "method": "tools/call", "params": params}
         self._carries[slot] = self._server.request(body, Pending("tools/call", slot=slot))
 
-    def _hold(self, call: CallId, rule: str, because: str | None) -> None:
-        found = self._calls.get(call)
-        meta = found.params.get("_meta") if found else None
-        token = meta.get("progressToken") if isinstance(meta, dict) else None
-        if token is not None:
-            text = f"waits for {rule}" + (f": {because}" if because else "")
-            params = {"progressToken": token, "progress": 0, "message": text}
-            self._answer(lines.notification("notifications/progress", params))
-
     def _stop(self, slot: SlotId, rule: str, because: str | None) -> None:
         held, cancel = self.gate.state.slots.get(slot), self._cancels.get(slot[0])
-        call = self._calls.get(held.call) if held and held.call else None
+        call = self._client.call(held.call) if held else None
         if call:
             call.stopped = rule, because
         if cancel:
@@ -410,24 +378,9 @@ class McpProxy:
         else:
             self.gate.tell(CancelRefused(slot))
 
-    def _finish(self, call: CallId) -> None:
-        """Give the client the response of the server, or if there is none, a tool error that says why it stopped."""
-        found = self._forget(call)
-        if found is None:
-            return
-        if found.answer is not None:
-            self._answer({**found.answer, "id": found.client_id})
-        else:
-            rule, because = found.stopped or ("interrupted", None)
-            self._deny(found.client_id, rule, because, "stopped")
-
-    def _deny(self, id: Any, rule: str, because: str | None, verb: str = "refused") -> None:
-        """Give the client a tool error; in a stateless session with `resultType`, which is needed there."""
-        complete = {"resultType": "complete"} if self._server.envelope else {}
-        self._answer(lines.result(id, {**refusal(rule, because, verb), **complete}))
+    def _finish(self, call: CallId | None) -> None:
+        if call:
+            self._client.finish(call, self._server.stateless)
 
     def _poll(self, watch: Watch) -> None:
         self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))
-
-    def _answer(self, body: Json) -> None:
-        self.to_client(lines.write(body))

@@ -25,6 +25,11 @@ class McpServer:
     """`envelope` as JSON text, for prepared calls."""
     _pending: dict[int, Pending] = field(default_factory=dict)
 
+    @property
+    def stateless(self) -> bool:
+        """Whether the session is known to be stateless."""
+        return bool(self.envelope)
+
     def remember(self, params: Json) -> None:
         """Note the `_meta` entries of a stateless session, if a request with these parameters carries them."""
         found = envelope(params)
@@ -34,7 +39,7 @@ class McpServer:
 
     def own(self, params: Json) -> Json:
         """Return the parameters of a call of the gate itself, in a stateless session with `_meta`."""
-        return {**params, "_meta": self.envelope} if self.envelope else params
+        return {**params, "_meta": self.envelope} if self.stateless else params
 
     def send(self, body: Json) -> None:
         """Write a message."""
