@@ -26,6 +26,7 @@ from exover.gate.outer import (
     SlotSaid,
     Stop,
     Ticked,
+    reason_text,
 )
 from exover.gate.state import ASTRAY, AWAY, USUAL, GateState, Held, Queued, Times
 from exover.model.event import (
@@ -339,8 +340,7 @@ def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | 
         return None
     if outer.rule == "unavailable":
         return outer.rule, AWAY
-    text = f": {queued.because}" if queued.because else ""
-    return outer.rule, f"it has waited too long for {queued.rule}{text}"
+    return outer.rule, f"it has waited too long for {reason_text(queued.rule, queued.because)}"
 
 
 def _refused(event: Event, actions: tuple[Action, ...]) -> bool:

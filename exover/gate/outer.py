@@ -171,3 +171,8 @@ class Alarm:
 
 
 OuterEffect = Forward | Hold | Refuse | Stop | Finish | Alarm
+
+
+def reason_text(rule: str, because: str | None) -> str:
+    """Return a rule, and its text if it has one, as `RULE: TEXT`."""
+    return f"{rule}: {because}" if because else rule

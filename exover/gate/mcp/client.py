@@ -9,7 +9,7 @@ from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Exchange, ToolCall
 from exover.gate.mcp.lines import Message, key_of_id
 from exover.gate.mcp.results import refusal
-from exover.gate.outer import CallId
+from exover.gate.outer import CallId, reason_text
 from exover.model.wire import Json
 
 MAX_OPEN = 1000
@@ -89,8 +89,7 @@ class McpClient:
         meta = found.params.get("_meta") if found else None
         token = meta.get("progressToken") if isinstance(meta, dict) else None
         if token is not None:
-            text = f"waits for {rule}" + (f": {because}" if because else "")
-            params = {"progressToken": token, "progress": 0, "message": text}
+            params = {"progressToken": token, "progress": 0, "message": f"waits for {reason_text(rule, because)}"}
             self.send(lines.notification("notifications/progress", params))
 
     def refuse(self, call: CallId, rule: str, because: str | None, stateless: bool) -> None:

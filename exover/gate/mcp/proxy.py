@@ -30,6 +30,7 @@ from exover.gate.outer import (
     SlotSaid,
     Stop,
     Ticked,
+    reason_text,
 )
 from exover.gate.watching import Watching, all_bound
 from exover.model.event import Args
@@ -373,7 +374,7 @@ class McpProxy:
         if cancel:
             self._server.call(cancel, Pending("tools/call", stops=slot))
         elif slot in self._carries:
-            params = {"requestId": self._carries[slot], "reason": f"{rule}: {because}" if because else rule}
+            params = {"requestId": self._carries[slot], "reason": reason_text(rule, because)}
             self._server.send(lines.notification("notifications/cancelled", params))
         else:
             self.gate.tell(CancelRefused(slot))

@@ -8,6 +8,7 @@ from typing import Any
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import place, select
 from exover.gate.mcp.lines import BadLine, Message
+from exover.gate.outer import reason_text
 from exover.gate.watching import outcome_of
 from exover.model.event import Args
 from exover.model.wire import Json
@@ -20,9 +21,12 @@ MAX_TEXT = 1 << 20
 
 def refusal(rule: str, because: str | None, verb: str = "refused") -> Json:
     """Return the tool error for a call that was refused, or as `verb` says stopped, by a rule."""
-    text = f"{verb} by {rule}" + (f": {because}" if because else "")
     meta = {"exover/rule": rule} | ({"exover/because": because} if because else {})
-    return {"content": [{"type": "text", "text": text}], "isError": True, "_meta": meta}
+    return {
+        "content": [{"type": "text", "text": f"{verb} by {reason_text(rule, because)}"}],
+        "isError": True,
+        "_meta": meta,
+    }
 
 
 def succeeded(response: Message) -> bool:

@@ -6,7 +6,7 @@ from functools import partial
 from exover.dataclass import dataclass
 from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
-from exover.gate.outer import Alarm, CallId, CancelRefused, SlotSaid
+from exover.gate.outer import Alarm, CallId, CancelRefused, SlotSaid, reason_text
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD
 from exover.gate.ros2.names import Port, PortPart
@@ -118,7 +118,7 @@ class ServiceProxy:
     def refuse(self, call: CallId, rule: str, because: str | None) -> None:
         """Answer a call with the values in `refused` of its binding."""
         found = self._calls.pop(call)
-        reason = f"refused by {rule}" + (f": {because}" if because else "")
+        reason = f"refused by {reason_text(rule, because)}"
         values = [
             (path, value.replace(REASON, reason) if isinstance(value, str) else value)
             for path, value in self._bounds[found.request].refused
