@@ -80,9 +80,7 @@ def own(rounds: int) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         journal = JournalFile(str(Path(folder) / "log.jsonl"), print)
         gate = Gate(model, binding, checker, time.monotonic, stamped(journal))
-        proxy = Ros2Proxy(
-            gate, types, send, print, time.monotonic, lambda: cdr.Stamp(1, 0), lambda: os.urandom(16), b"the gate"
-        )
+        proxy = Ros2Proxy(gate, types, send, print, lambda: cdr.Stamp(1, 0), lambda: os.urandom(16), b"the gate")
         proxy.start()
         for bound in binding.requests:
             name = f"/{bound.inner}"

@@ -54,7 +54,7 @@ def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
             session = McpSession(arguments.server, _client())
         except OSError as error:
             raise CliError(f"cannot start {arguments.server[0]}: {error.strerror}") from error
-        proxy = McpProxy(gate, session.to_client, session.to_server, _tell, monotonic)
+        proxy = McpProxy(gate, session.to_client, session.to_server, _tell)
         gc.freeze()  # these objects stay: to collect them again and again takes longer than many decisions
         well = session.run(proxy, binding.gate.max_line)
     return ExitStatus.OK if well else ExitStatus.VIOLATED

@@ -3,7 +3,7 @@
 import argparse
 import os
 from collections.abc import Callable
-from time import monotonic, time_ns
+from time import time_ns
 from uuid import uuid4
 
 from cyclonedds.core import DDSException
@@ -59,9 +59,7 @@ def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offe
 def serve(gate: Gate, offered: Offered, tell: Tell) -> None:
     """Serve until a signal raises an exception."""
     session = offered.session
-    proxy = Ros2Proxy(
-        gate, offered.interfaces, session.send, tell, monotonic, now, lambda: uuid4().bytes, os.urandom(8)
-    )
+    proxy = Ros2Proxy(gate, offered.interfaces, session.send, tell, now, lambda: uuid4().bytes, os.urandom(8))
     tell("ready")
     session.run(proxy)
 

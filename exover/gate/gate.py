@@ -72,7 +72,7 @@ class Gate:
         times = {each.request: Times(each.wait, each.answer, each.stop) for each in binding.requests}
         self._machine = GateMachine(slots, times, binding.gate.client_death == "abort")
         self._checker = checker
-        self._clock = clock
+        self.clock = clock
         self._journal = journal
         self._texts = WireTexts(model)
         self._faulty = False
@@ -112,6 +112,11 @@ class Gate:
             first_failure, self._failures = self._failures[0], []
             raise first_failure
 
+    def tick(self) -> None:
+        """Take that time has passed, if the next deadline has."""
+        if self.state.due <= self.clock():
+            self.tell(Ticked())
+
     def _attempt(self, do: Callable[..., None], *given: object) -> None:
         """Call `do`; keep its exception, if there is one, until the rest is done."""
         try:
@@ -139,7 +144,7 @@ class Gate:
         """Return the effects of an outer event, and write what was decided to the journal."""
         started = self.state.started
         effects: list[OuterEffect] = []
-        for part in self._machine.parts(self.state, outer, self._clock()):
+        for part in self._machine.parts(self.state, outer, self.clock()):
             effects += self._one(part)
         if self.state.started and not started:
             effects += self._follow(Ticked())
@@ -148,7 +153,7 @@ class Gate:
     def _one(self, outer: OuterEvent) -> Iterable[OuterEffect]:
         event = self._machine.question(self.state, outer)
         actions = () if event is None else self._checker.step(event)
-        self.state, effects = self._machine.answer(self.state, outer, event, actions, self._clock())
+        self.state, effects = self._machine.answer(self.state, outer, event, actions, self.clock())
         if event is not None:
             self._attempt(self._decided, event, actions)
         elif isinstance(outer, Called):
@@ -173,7 +178,7 @@ class Gate:
 
     def _abort(self, slot: SlotId) -> Iterable[OuterEffect]:
         actions = self._checker.step(Abort(*slot))
-        self.state, effects = self._machine.answer(self.state, Ticked(), Abort(*slot), actions, self._clock())
+        self.state, effects = self._machine.answer(self.state, Ticked(), Abort(*slot), actions, self.clock())
         return effects
 
     # ---- outer objects ----

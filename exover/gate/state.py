@@ -1,5 +1,6 @@
 """The state of the gate: slots, waiting places and modules, as frozen values."""
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
@@ -79,7 +80,7 @@ class GateState(NamedTuple):
         return next((name for name, queued in self.places.items() if queued.call == call), None)
 
     @property
-    def due(self) -> float | None:
-        """The time of the next deadline; None if there is none."""
+    def due(self) -> float:
+        """The time of the next deadline; infinite if there is none."""
         times = [held.due for held in self.slots.values()] + [queued.until for queued in self.places.values()]
-        return min((each for each in times if each is not None), default=None)
+        return min((each for each in times if each is not None), default=math.inf)

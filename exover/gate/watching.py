@@ -14,11 +14,10 @@ from exover.model.state import SlotId
 class Watching:
     """Calls the watches of a binding when they are due, and tells the gate the readings and statuses that they show."""
 
-    def __init__(self, gate: Gate, call: Callable[[Watch], None], clock: Callable[[], float]) -> None:
+    def __init__(self, gate: Gate, call: Callable[[Watch], None]) -> None:
         self._gate = gate
         self._call = call
-        self._clock = clock
-        now = clock()
+        now = gate.clock()
         watches = gate.binding.watches
         self._rounds = {watch.name: 0 for watch in watches}
         self._due = {watch.name: now if watch.kind == "tool" else math.inf for watch in watches}
@@ -40,7 +39,7 @@ class Watching:
 
     def tick(self, ready: bool) -> None:
         """Tell which watches are blind and, if `ready`, call those that are due."""
-        now = self._clock()
+        now = self._gate.clock()
         for watch in self._watches():
             if ready and self._due[watch.name] <= now:
                 self._rounds[watch.name] += 1
@@ -72,16 +71,16 @@ class Watching:
 
     def failed(self, watch: Watch, reason: str) -> None:
         """Note that a watch could not be read; it becomes blind."""
-        self._due[watch.name] = self._clock() + watch.every
+        self._due[watch.name] = self._gate.clock() + watch.every
         if watch.name not in self._blind:
             self._lose(watch, reason)
 
     def shown(self, watch: Watch, document: Any) -> None:
         """Tell the gate the readings and statuses in a document that a watch has shown."""
-        self._shown[watch.name] = self._clock()
+        self._shown[watch.name] = self._gate.clock()
         self._blind.discard(watch.name)
         if watch.kind == "tool":
-            self._due[watch.name] = self._clock() + watch.every
+            self._due[watch.name] = self._gate.clock() + watch.every
         else:
             self._rounds[watch.name] += 1
         for poster in self._gate.binding.posters:

@@ -33,7 +33,7 @@ class Middle:
         machine = Machine(found.model, found.tables)
         self.gate = Gate(found.model, binding_of(bind, found.model), machine, lambda: self.now, kept_in(self.journal))
         sent = self._to_client.append, self._to_server.append
-        self.proxy = McpProxy(self.gate, *sent, self.complaints.append, lambda: self.now)
+        self.proxy = McpProxy(self.gate, *sent, self.complaints.append)
         self.proxy.start()
 
     def ready(self, state: Mapping[str, Any] = IDLE) -> "Middle":

@@ -59,7 +59,6 @@ class RosMiddle:
             self.types,
             lambda *message: self.sent.append(message),
             self.told.append,
-            lambda: self.now,
             lambda: Stamp(7, 8),
             lambda: next(ids),
             b"the gate",

@@ -244,7 +244,7 @@ def test_servers_in_a_domain_of_their_own_have_the_outer_names() -> None:
         session = Ros2Session(binding, known(), outer, inner, told.append)
     gate = Gate(model, binding, Machine(model, tables), time.monotonic, lambda entry: None)
     own = lambda: cdr.NEVER, lambda: b"i" * 16, b"the gate"
-    proxy = Ros2Proxy(gate, known(), session.send, told.append, time.monotonic, *own)  # type: ignore[misc]
+    proxy = Ros2Proxy(gate, known(), session.send, told.append, *own)  # type: ignore[misc]
     proxy.start()
     above.poll_with(lambda: session.turn(proxy, 0.001))
     above.poll_with(server.poll)

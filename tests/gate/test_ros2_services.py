@@ -122,7 +122,7 @@ def test_a_launch_rule_makes_a_goal_of_the_gate() -> None:
     sent: list[tuple[Port, bytes, int]] = []
     gate = Gate(model, binding_of(bind, model), Machine(model, build(model).tables), lambda: 0.0, lambda entry: None)
     made = (lambda: cdr.NEVER), (lambda: b"i" * 16), b"the gate"
-    proxy = Ros2Proxy(gate, known(), lambda *each: sent.append(each), print, lambda: 0.0, *made)
+    proxy = Ros2Proxy(gate, known(), lambda *each: sent.append(each), print, *made)
     proxy.start()
     proxy.servers("action", DRIVE, frozenset({"server"}))
     question = sent.pop()[1]

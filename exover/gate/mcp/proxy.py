@@ -1,6 +1,5 @@
 """The MCP proxy: decides what is done with each message between client and server, without I/O (docs/gate.md)."""
 
-import math
 from collections.abc import Callable
 from dataclasses import field
 from itertools import count
@@ -29,7 +28,6 @@ from exover.gate.outer import (
     Refuse,
     SlotSaid,
     Stop,
-    Ticked,
     reason_text,
 )
 from exover.gate.watching import Watching, all_bound
@@ -52,7 +50,6 @@ class McpProxy:
     to_server: Callable[[bytes], None]
     tell: Callable[[str], None]
     """Shows a person alarms and dropped messages."""
-    clock: Callable[[], float]
     name: str = "mcp"
     kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
@@ -79,7 +76,7 @@ class McpProxy:
                 self._polls[watch.name] = lines.prepared(watch.source, watch.arguments)
         self._client = McpClient(self.to_client)
         self._server = McpServer(self.to_server, self._numbers)
-        self._watching = Watching(self.gate, self._poll, self.clock)
+        self._watching = Watching(self.gate, self._poll)
         self.gate.attach(self)
 
     # ---- what happens ----
@@ -127,17 +124,13 @@ class McpProxy:
 
     def tick(self) -> None:
         """Tell the gate and the watches of deadlines that have passed."""
-        due = self.gate.state.due
-        if due is not None and due <= self.clock():
-            self.gate.tell(Ticked())
+        self.gate.tick()
         self._watching.tick(self._ready and self._server.alive)
 
     @property
     def due(self) -> float:
         """The next time at which `tick` has something to do; infinite if there is none."""
-        watch = self._watching.due(self._ready and self._server.alive)
-        due = self.gate.state.due
-        return min(watch, math.inf if due is None else due)
+        return min(self._watching.due(self._ready and self._server.alive), self.gate.state.due)
 
     def client_gone(self) -> None:
         """Tell the gate that the client has gone, and note what is active, whose end is to be waited for."""

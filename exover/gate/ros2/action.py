@@ -288,7 +288,7 @@ class ActionProxy:
                 continue
             self._taken(goal, GoalReply(True, Stamp(seconds, nanoseconds)))
             if goal.phase == "running" and status in cdr.ENDED:
-                goal.again = min(goal.again, self._outside.clock() + AGAIN)
+                goal.again = min(goal.again, self._gate.clock() + AGAIN)
             elif goal.phase == "running" and goal.status < status <= cdr.CANCELING:
                 goal.status, advanced = status, True
         if advanced:
@@ -320,7 +320,7 @@ class ActionProxy:
         """Repeat the requests to the server whose answers are overdue."""
         if not self._servers:
             return
-        now = self._outside.clock()
+        now = self._gate.clock()
         if self._strays.due <= now:
             self._strays.ask()
         for goal in self._slots.values():

@@ -66,13 +66,12 @@ class OwnRequests:
 
 @dataclass(slots=True)
 class Outside:
-    """What the proxies of actions and services use: the gate, its I/O, clocks and ids."""
+    """What the proxies of actions and services use: the gate, its I/O, the time of day and ids."""
 
     gate: Gate
     send: Send
     codec: MessageCodec
     tell: Callable[[str], None]
-    clock: Callable[[], float]
     now: Callable[[], Stamp]
     new_id: Callable[[], bytes]
     own: OwnRequests

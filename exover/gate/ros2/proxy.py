@@ -1,6 +1,5 @@
 """The ROS 2 transport: takes messages as bytes, tells the gate, and does its effects, without I/O (docs/gate.md)."""
 
-import math
 from collections.abc import Callable
 from functools import partial
 from typing import assert_never
@@ -19,7 +18,6 @@ from exover.gate.outer import (
     Refuse,
     SlotSaid,
     Stop,
-    Ticked,
 )
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.action import ActionProxy
@@ -57,14 +55,13 @@ class Ros2Proxy:
         codec: MessageCodec,
         send: Send,
         tell: Callable[[str], None],
-        clock: Callable[[], float],
         now: Callable[[], Stamp],
         new_id: Callable[[], bytes],
         mark: bytes,
     ) -> None:
         self.gate = gate
-        self._outside = Outside(gate, send, codec, tell, clock, now, new_id, OwnRequests(mark), self.name)
-        self._watching = Watching(gate, lambda watch: None, clock)
+        self._outside = Outside(gate, send, codec, tell, now, new_id, OwnRequests(mark), self.name)
+        self._watching = Watching(gate, lambda watch: None)
         self._units: list[Unit] = []
         self._named: dict[tuple[BindingKind, str], Unit] = {}
         """Proxies by kind and inner name."""
@@ -126,9 +123,7 @@ class Ros2Proxy:
 
     def tick(self) -> None:
         """Tell the gate, the proxies and the watches of deadlines that have passed."""
-        due = self.gate.state.due
-        if due is not None and due <= self._outside.clock():
-            self.gate.tell(Ticked())
+        self.gate.tick()
         for unit in self._units:
             unit.tick()
         self._watching.tick(True)
@@ -136,9 +131,7 @@ class Ros2Proxy:
     @property
     def due(self) -> float:
         """The next time at which `tick` has something to do; infinite if there is none."""
-        due = self.gate.state.due
-        units = (unit.due for unit in self._units)
-        return min(self._watching.due(True), math.inf if due is None else due, *units, math.inf)
+        return min(self._watching.due(True), self.gate.state.due, *(unit.due for unit in self._units))
 
     @property
     def stopping(self) -> bool:

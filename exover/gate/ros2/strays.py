@@ -68,7 +68,7 @@ class Strays:
         """Ask the server to cancel all goals: those that it cancels are those that run. A server that starts idle is
         asked to cancel a goal that does not exist: only the fact that it answers matters.
         """
-        self.due = self._outside.clock() + AGAIN
+        self.due = self._outside.gate.clock() + AGAIN
         self._to_server("cancel_goal", cdr.cancel_request(self._question), "question")
 
     def answered(self, code: int, ids: Sequence[bytes]) -> None:
