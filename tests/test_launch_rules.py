@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from exover.cli.arguments import RUN_ENGINES
+from exover.cli.options import RUN_ENGINES
 from exover.explain.explain import explain
 from exover.model.event import Launched, Rejected, Waits
 from exover.model.model import Model

@@ -5,7 +5,7 @@ from shutil import which
 
 import pytest
 
-from exover.cli.arguments import RUN_ENGINES
+from exover.cli.options import RUN_ENGINES
 from exover.pipeline import engine
 from exover.run.simulate import simulate
 from tests.support.vectors import NAMES, lines, model_of, without_details

@@ -2,33 +2,26 @@
 
 import argparse
 import os
-from typing import Any
 
 from exover import __version__
-from exover.cli.parsing import Lists, Parser
-from exover.cli.values import (
-    REPORT_FORMATS,
-    USUAL_JOBS,
-    cores,
-    domain,
-    jobs,
-    limit,
-    mebibytes,
-    names,
-    output,
-    renaming,
-    seconds,
+from exover.cli.options import (
+    AUDIT_FORMATS,
+    DIFF_FORMATS,
+    EDGES,
+    GRAPH_FORMATS,
+    RUN_ENGINES,
+    SHELLS,
+    TARGETS,
+    TRACE_FORMATS,
+    choice_of_checks,
+    judging,
+    limits,
+    resources,
+    which_finding,
 )
+from exover.cli.parsing import Parser, Verbs
+from exover.cli.values import REPORT_FORMATS, cores, domain, jobs, limit, output, renaming, seconds
 
-RUN_ENGINES = ("reference", "tables", "c", "rust")
-CHECK_ENGINES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
-TRACE_FORMATS = ("text", "json", "svg", "vcd")
-DIFF_FORMATS = ("text", "json", "sarif", "markdown")
-AUDIT_FORMATS = ("text", "json", "sarif")
-GRAPH_FORMATS = ("dot", "svg", "mermaid")
-EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
-SHELLS = ("bash", "zsh", "fish")
-TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 WITHOUT_OPTIONS = {
     "certificate": None,
     "count": False,
@@ -45,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of all verbs; `verb` is the one that is called."""
     found = Parser(prog="exover", description="Formal verification of robot safety rules.")
     found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
-    verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs: Verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
     for add in (
         _init,
         _import,
@@ -82,14 +75,14 @@ def outputs_of(arguments: argparse.Namespace) -> list[str]:
     return files + [file for _, file in named.get("output") or ()]
 
 
-def _init(verbs: Any) -> None:
+def _init(verbs: Verbs) -> None:
     init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events")
     init.add_argument(
         "folder", metavar="DIR", nargs="?", default=".", help="the folder to write to (default: this one)"
     )
 
 
-def _check(verbs: Any) -> None:
+def _check(verbs: Verbs) -> None:
     check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live")
     check.add_argument("specs", metavar="SPEC", nargs="+", help="specs, .exo files; folders of them; or -")
     check.add_argument(
@@ -107,8 +100,8 @@ def _check(verbs: Any) -> None:
         help="write the findings to a file as well; may be given several times",
     )
     check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
-    _choice(check)
-    _judging(check)
+    choice_of_checks(check)
+    judging(check)
     check.add_argument("--count", action="store_true", help="count the reachable states")
     check.add_argument("--bounds", action="store_true", help="print what events and calls cost at most")
     for option, what in (("tests", "tests for one event"), ("rom", "bytes of tables"), ("ram", "bytes of memory")):
@@ -118,46 +111,21 @@ def _check(verbs: Any) -> None:
     check.add_argument("--watch", action="store_true", help="check again whenever a file changes, until Ctrl-C")
     check.add_argument("--no-cache", action="store_true", help="neither use nor keep former reports and answers")
     check.set_defaults(module="recall", watched=False)
-    _limits(check)
+    limits(check)
 
 
-def _choice(check: argparse.ArgumentParser) -> None:
-    """Add the options that choose the checks to ask."""
-    for option, what in (("only", "ask these checks alone"), ("skip", "do not ask these checks")):
-        check.add_argument(
-            f"--{option}", metavar="CHECK[,…]", type=names, action="extend", default=[], help=f"{what}, or severities"
-        )
-    check.add_argument("--errors-only", action="store_true", help="ask only checks whose violation is an error")
-
-
-def _judging(verb: argparse.ArgumentParser) -> None:
-    """Add the options for engines, and for which findings count."""
-    verb.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
-    verb.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
-    verb.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
-    verb.add_argument(
-        "--engine", choices=CHECK_ENGINES, default="auto", help="who answers; all: every one, compared (default: auto)"
-    )
-    verb.add_argument(
-        "--abc",
-        metavar="PATH",
-        help="Berkeley ABC, several times faster on large specs; none: the embedded solver (default: looked for)",
-    )
-    verb.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
-
-
-def _report(verbs: Any) -> None:
+def _report(verbs: Verbs) -> None:
     report = verbs.add_parser("report", help="check a spec and write a page: findings, diagrams, a simulator")
     report.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     report.add_argument("--out", metavar="FILE", required=True, help="the file to write to, as report.html")
     report.add_argument("--audit", metavar="FILE", help="an audit of missions as JSON, shown in the page; or -")
-    _choice(report)
-    _judging(report)
-    _limits(report)
+    choice_of_checks(report)
+    judging(report)
+    limits(report)
     report.set_defaults(**WITHOUT_OPTIONS)
 
 
-def _verify(verbs: Any) -> None:
+def _verify(verbs: Verbs) -> None:
     verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules")
     verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C or Rust source")
     verify.add_argument(
@@ -171,14 +139,14 @@ def _verify(verbs: Any) -> None:
     verify.add_argument("--strict", action="store_true", help="status 1 if the proof that something is safe is missing")
 
 
-def _simulate(verbs: Any) -> None:
+def _simulate(verbs: Verbs) -> None:
     simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line")
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     simulate.add_argument("--engine", choices=RUN_ENGINES, default="reference", help="who answers (default: reference)")
 
 
-def _replay(verbs: Any) -> None:
+def _replay(verbs: Verbs) -> None:
     replay = verbs.add_parser("replay", help="tell what a black box holds, and answer it again")
     replay.add_argument("box", metavar="BOX", help="a copy of the memory of the box; or -")
     replay.add_argument(
@@ -188,18 +156,18 @@ def _replay(verbs: Any) -> None:
     replay.add_argument("--after", metavar="FILE", help="the events from loading on, if the box begins later; or -")
 
 
-def _trace(verbs: Any) -> None:
+def _trace(verbs: Verbs) -> None:
     trace = verbs.add_parser("trace", help="tell the run that a finding shows")
     trace.add_argument(
         "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
     )
     trace.add_argument("--format", choices=TRACE_FORMATS, default="text", help="how the run is told (default: text)")
-    _which(trace)
+    which_finding(trace)
     trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
     trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
-def _explain(verbs: Any) -> None:
+def _explain(verbs: Verbs) -> None:
     explain = verbs.add_parser("explain", help="say why an event was answered so, or what a check or error code means")
     explain.add_argument(
         "spec",
@@ -211,18 +179,12 @@ def _explain(verbs: Any) -> None:
     explain.add_argument(
         "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
     )
-    _which(explain)
+    which_finding(explain)
     explain.add_argument("--step", metavar="N", type=limit, help="this step of it (default: the last)")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
 
 
-def _which(parser: argparse.ArgumentParser) -> None:
-    """Add the options that choose a finding of a report."""
-    parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
-    parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
-
-
-def _graph(verbs: Any) -> None:
+def _graph(verbs: Verbs) -> None:
     graph = verbs.add_parser("graph", help="draw who excludes whom, launches whom and wakes whom")
     graph.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     graph.add_argument("--format", choices=GRAPH_FORMATS, default="dot", help="svg is drawn by Graphviz (default: dot)")
@@ -237,7 +199,7 @@ def _graph(verbs: Any) -> None:
     graph.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
-def _diff(verbs: Any) -> None:
+def _diff(verbs: Verbs) -> None:
     diff = verbs.add_parser("diff", help="say which answers a change of a spec changes")
     diff.add_argument("old", metavar="OLD", help="the spec as it was, an .exo file; or -")
     diff.add_argument("new", metavar="NEW", nargs="?", help="the spec as it is, or - (with --against: default OLD)")
@@ -258,18 +220,18 @@ def _diff(verbs: Any) -> None:
     diff.add_argument("--format", choices=DIFF_FORMATS, default="text", help="how it is printed (default: text)")
     diff.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
     diff.add_argument("--abc", metavar="PATH", help="Berkeley ABC; none: the embedded solver (default: looked for)")
-    _resources(diff)
+    resources(diff)
 
 
-def _swap(verbs: Any) -> None:
+def _swap(verbs: Verbs) -> None:
     swap = verbs.add_parser("swap", help="prove that a spec may take over from another while requests run")
     swap.add_argument("old", metavar="OLD", help="the spec whose tables run, an .exo file")
     swap.add_argument("new", metavar="NEW", help="the spec whose tables shall run, an .exo file")
     swap.add_argument("--out", metavar="MAP", required=True, help="the file to write the map to, for exover_swap")
-    _resources(swap)
+    resources(swap)
 
 
-def _emit(verbs: Any) -> None:
+def _emit(verbs: Verbs) -> None:
     emit = verbs.add_parser("emit", help="check a spec and write its tables")
     emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     emit.add_argument(
@@ -288,12 +250,12 @@ def _emit(verbs: Any) -> None:
         help="the folder to write to",
     )
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
-    _limits(emit)
+    limits(emit)
 
 
-def _gate(verbs: Any) -> None:
+def _gate(verbs: Verbs) -> None:
     gate = verbs.add_parser("gate", help="stand between clients and the modules of a robot")
-    sides = gate.add_subparsers(dest="side", metavar="PROTOCOL", required=True)
+    sides: Verbs = gate.add_subparsers(dest="side", metavar="PROTOCOL", required=True)
     check = sides.add_parser("check", help="say what is wrong with a binding")
     mcp = sides.add_parser("mcp", help="stand between an MCP client and an MCP server")
     ros2 = sides.add_parser("ros2", help="stand between clients and servers of ROS 2 (extra exover[ros2])")
@@ -330,7 +292,7 @@ def _gate(verbs: Any) -> None:
     )
 
 
-def _audit(verbs: Any) -> None:
+def _audit(verbs: Verbs) -> None:
     audit = verbs.add_parser("audit", help="ask what a spec would have said to recorded missions")
     audit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     audit.add_argument("missions", metavar="MISSION", nargs="+", help="recorded missions, or folders of them; or -")
@@ -355,7 +317,7 @@ def _audit(verbs: Any) -> None:
     )
 
 
-def _fmt(verbs: Any) -> None:
+def _fmt(verbs: Verbs) -> None:
     fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout")
     fmt.add_argument("--check", action="store_true", help="write nothing; status 1 if a file would change")
     fmt.add_argument(
@@ -367,7 +329,7 @@ def _fmt(verbs: Any) -> None:
     )
 
 
-def _import(verbs: Any) -> None:
+def _import(verbs: Verbs) -> None:
     found = verbs.add_parser("import", help="make a part of a spec of a GenoM3 description, or of files of ROS 2")
     found.set_defaults(verb="imports")
     found.add_argument("files", metavar="FILE", nargs="+", help="a .gen file; with --ros .action, .srv and .msg files")
@@ -385,7 +347,7 @@ def _import(verbs: Any) -> None:
     )
 
 
-def _serve(verbs: Any) -> None:
+def _serve(verbs: Verbs) -> None:
     serve = verbs.add_parser("serve", help="answer programs in any language at a Unix socket")
     serve.add_argument("spec", metavar="SPEC", help="the spec, or - for standard input")
     serve.add_argument(
@@ -402,49 +364,26 @@ def _serve(verbs: Any) -> None:
     )
 
 
-def _lsp(verbs: Any) -> None:
+def _lsp(verbs: Verbs) -> None:
     lsp = verbs.add_parser("lsp", help="answer an editor: the language server, on standard input and output")
     lsp.add_argument("--stdio", action="store_true", help="what is done anyway; many editors say it")
 
 
-def _doctor(verbs: Any) -> None:
+def _doctor(verbs: Verbs) -> None:
     verbs.add_parser("doctor", help="say what is installed, what is slow, and what to do")
 
 
-def _docs(verbs: Any) -> None:
+def _docs(verbs: Verbs) -> None:
     docs = verbs.add_parser("docs", help="print or open the documentation")
     docs.add_argument("page", metavar="PAGE", nargs="?", default="index", help="the page (default: the list of pages)")
     docs.add_argument("--open", action="store_true", help="open it with the program that the system has for it")
 
 
-def _completion(verbs: Any) -> None:
+def _completion(verbs: Verbs) -> None:
     completion = verbs.add_parser("completion", help="print what completes commands in a shell")
     completion.add_argument("shell", metavar="SHELL", choices=SHELLS, help=f"one of {', '.join(SHELLS)}")
 
 
-def _help(verbs: Any) -> None:
+def _help(verbs: Verbs) -> None:
     found = verbs.add_parser("help", help="say how a verb is used")
     found.add_argument("about", metavar="VERB", nargs="?", choices=list(verbs.choices), help="default: all of them")
-
-
-def _limits(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every verb that checks: the properties file, and the resources."""
-    parser.add_argument(
-        "--properties",
-        metavar="FILE",
-        help="the properties (default: the .prop file of the spec, beside it, in properties/ or in ../properties/)",
-    )
-    _resources(parser)
-
-
-def _resources(parser: argparse.ArgumentParser) -> None:
-    """Add the limits of a verb: time, processes, memory."""
-    parser.add_argument("--timeout", metavar="SECONDS", type=seconds, help="what is not answered by then is unknown")
-    parser.add_argument(
-        "--jobs",
-        metavar="N",
-        type=jobs,
-        default=cores(),
-        help=f"look for answers in N processes (default: one for each core, at most {USUAL_JOBS})",
-    )
-    parser.add_argument("--memory", metavar="MIB", type=mebibytes, help="memory that each of them may take (Linux)")

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from exover.cli.streams import out
 from exover.cli.values import text
@@ -15,6 +15,10 @@ class Lists(tuple[str, ...]):
     def __contains__(self, value: object) -> bool:
         """Return whether each part of the value is one of the words."""
         return isinstance(value, str) and set(value.split(",")) <= set(self)
+
+
+Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
+"""The verbs of a parser, each with a parser of its own."""
 
 
 class Parser(argparse.ArgumentParser):

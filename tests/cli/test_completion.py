@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.cli.arguments import TARGETS
+from exover.cli.options import TARGETS
 from exover.cli.values import REPORT_FORMATS
 
 SHELLS = ("bash", "zsh", "fish")
