@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Protocol, assert_never
 
+from exover.audit.held import REFUSED, UNDECIDED, HeldSlot, KnownRequest
 from exover.audit.mission import KillDeed, LaunchDeed, LostLines, Noted, RejectDeed, ToldMark, Unread, Void, WaitDeed
 from exover.audit.trail import DIVERGENCES, AuditAnswer, AuditRow, MissionFigures
-from exover.dataclass import dataclass
 from exover.model.event import (
     NO_RULES,
     Abort,
@@ -29,9 +29,6 @@ from exover.model.event import (
 )
 from exover.model.model import Model
 
-REFUSED, UNDECIDED = -2, -3
-"""Stand in `slot_of` for an instance whose launch was refused, or is undecided."""
-
 
 class AuditChecker(Protocol):
     """An engine that also tells whether a waiting place is taken."""
@@ -43,39 +40,6 @@ class AuditChecker(Protocol):
     def waits(self, request: str) -> bool:
         """Return whether the waiting place of a request is taken."""
         ...
-
-
-@dataclass(slots=True)
-class HeldSlot:
-    """An active slot of the tables, launched in event number `since`; `owner`: the recorded instance in it."""
-
-    args: Args
-    since: int
-    pending: bool
-    """Whether the tables have started it in answer to an event of the audit's own."""
-    stopping: bool = False
-    owner: int | None = None
-
-
-@dataclass(slots=True)
-class KnownRequest:
-    """The state of the audit for one request.
-
-    `slots`: by slot of the tables, None if idle; `slot_of`: by recorded instance, its slot, `REFUSED`, `UNDECIDED`, or
-    None if it does not run. `asked`, `denied`: the number of the event in which it was last asked, or rejected.
-    """
-
-    slots: list[HeldSlot | None]
-    slot_of: list[int | None]
-    asked: int = 0
-    denied: int = 0
-    answer: AuditAnswer = "none"
-    rule: str | None = None
-    waits_for: str | None = None
-    open: bool = False
-    """Whether the last ask was answered `reject` or `invalid`, and no deed has taken that up."""
-    wanted: bool = False
-    """Whether a launch of it was withheld at the end of the last told event."""
 
 
 class Follower:
@@ -151,28 +115,27 @@ class Follower:
             case Report(name, instance):
                 slot = self._ending(name, instance)
                 if slot is not None:
-                    self._take(self._checker.step(replace(event, slot=slot)), True)
+                    self._recorded(replace(event, slot=slot))
             case Observe():
-                self._take(self._checker.step(event), True)
+                self._recorded(event)
             case Abort(name, instance):
-                slot = self._meant(name, instance)
+                slot = self._known[name].meant(instance)
                 if slot is not None and slot < 0:
                     self.figures.passed += 1
                 else:
-                    self._take(self._checker.step(Abort(name, instance if slot is None else slot)), True)
+                    self._recorded(Abort(name, instance if slot is None else slot))
             case AbortWaiting(name):
                 if self._checker.waits(name):
-                    self._take(self._checker.step(event), True)
+                    self._recorded(event)
                 else:
                     self.figures.passed += 1
             case _:
                 assert_never(event)
 
     def _ask(self, name: str, args: Args) -> None:
-        actions = self._checker.step(Ask(name, args))
+        actions = self._recorded(Ask(name, args))
         known = self._known[name]
         known.answer, known.rule = verdict(name, actions)
-        self._take(actions, True)
 
     def _was_asked(self, name: str) -> None:
         known = self._known[name]
@@ -209,23 +172,13 @@ class Follower:
             if slot is not None:
                 self._follow(Report(item.request, slot, "failed"))
 
-    # ---- which slot is meant ----
-
-    def _meant(self, name: str, instance: int) -> int | None:
-        known = self._known[name]
-        slot = known.slot_of[instance]
-        if slot is not None:
-            return slot
-        free = [number for number, each in enumerate(known.slots) if each and each.owner is None]
-        return instance if instance in free else free[0] if free else None
-
     def _ending(self, name: str, instance: int) -> int | None:
         """Return the slot that a report of an instance ends, which is idle from now on; None if there is none.
 
         If the tables had not launched the instance, this notes a divergence `ran`.
         """
         known = self._known[name]
-        slot = self._meant(name, instance)
+        slot = known.meant(instance)
         known.slot_of[instance] = None
         if slot is not None and slot >= 0:
             known.slots[slot] = None
@@ -249,7 +202,7 @@ class Follower:
         self._vacate(name, instance)
         if args is None and not self._model.request[name].params:
             args = ()
-        if self._claim(name, instance, args):
+        if known.claim(instance, args):
             return
         if self._checker.waits(name):
             self._refuse(name, instance, "wait", known.waits_for)
@@ -260,7 +213,7 @@ class Follower:
             known.slot_of[instance] = UNDECIDED
         else:
             self._ask(name, args)
-            if not self._claim(name, instance, args):
+            if not known.claim(instance, args):
                 self._refuse(name, instance, known.answer, known.rule)
 
     def _vacate(self, name: str, instance: int) -> None:
@@ -271,15 +224,6 @@ class Follower:
             known.slots[slot] = None
             self._follow(Report(name, slot, "interrupted"))
 
-    def _claim(self, name: str, instance: int, args: Args | None) -> bool:
-        known = self._known[name]
-        for number, slot in enumerate(known.slots):
-            if slot and slot.owner is None and (args is None or slot.args == args):
-                slot.owner = instance
-                known.slot_of[instance] = number
-                return True
-        return False
-
     def _refuse(self, name: str, instance: int, answer: AuditAnswer, rule: str | None) -> None:
         known = self._known[name]
         self._note("launched", name, instance, answer, rule)
@@ -288,7 +232,7 @@ class Follower:
         self._give_up(name)
 
     def _killed_by_robot(self, name: str, instance: int) -> None:
-        number = self._meant(name, instance)
+        number = self._known[name].meant(instance)
         if number is None or number < 0:
             self.figures.passed += 1
             return
@@ -323,21 +267,24 @@ class Follower:
             self._known[self._asked].open = False
         ends: list[tuple[str, int]] = []
         for name, known in self._known.items():
-            withheld = [(name, number) for number, slot in enumerate(known.slots) if slot and self._withheld(slot)]
+            withheld = [number for number, slot in enumerate(known.slots) if slot and slot.withheld(self._event)]
             if withheld and not known.wanted:
                 self._note("withheld", name, None, "launch", None)
             known.wanted = bool(withheld)
-            ends += withheld
+            ends += ((name, number) for number in withheld)
         for name, number in ends:
             slot = self._known[name].slots[number]
             if slot and slot.owner is None:
                 self._known[name].slots[number] = None
                 self._follow(Report(name, number, "interrupted"))
 
-    def _withheld(self, slot: HeldSlot) -> bool:
-        return slot.owner is None and (slot.pending or slot.since == self._event)
-
     # ---- the tables ----
+
+    def _recorded(self, event: Event) -> tuple[Action, ...]:
+        """Ask the tables a recorded event, and return what they answer."""
+        actions = self._checker.step(event)
+        self._take(actions, True)
+        return actions
 
     def _follow(self, event: Event) -> None:
         """Ask the tables an event of the audit's own."""

@@ -4,7 +4,7 @@ from typing import Any
 
 from exover.audit.result import Audit, MissionResult
 from exover.audit.text import row_text
-from exover.audit.trail import DIVERGENCES, REFUSED, AuditRow
+from exover.audit.trail import DIVERGENCES, ERRORS, AuditRow
 from exover.model.wire import escaped
 from exover.report.sarif import FINGERPRINT, fingerprint_of, location_of, uri, written
 
@@ -47,7 +47,7 @@ def render(audit: Audit) -> str:
 
 
 def _level(kind: str) -> str:
-    return "error" if kind in REFUSED else "note"
+    return "error" if kind in ERRORS else "note"
 
 
 def _notices(mission: MissionResult) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ AuditAnswer = Literal["launch", "wait", "reject", "invalid", "none"]
 ANSWERS: tuple[AuditAnswer, ...] = get_args(AuditAnswer)
 Divergence = Literal["launched", "ran", "kept", "withheld", "stopped", "otherwise"]
 DIVERGENCES: tuple[Divergence, ...] = get_args(Divergence)
-REFUSED: tuple[Divergence, ...] = ("launched", "ran", "kept")
+ERRORS: tuple[Divergence, ...] = ("launched", "ran", "kept")
 """The divergences that SARIF reports as errors; the others are notes."""
 KINDS = ("ask", *DIVERGENCES)
 
