@@ -278,30 +278,30 @@ def emit(
         case "bin":
             from exover.emit import binary
 
-            return binary.emit(tables, model.name)
+            return binary.emit(model, tables)
         case "json":
             from exover.emit import json
 
-            return json.emit(model, tables, model.name, event_bounds(built))
+            return json.emit(model, tables, event_bounds(built))
         case "dot":
             from exover.emit import dot
 
-            return dot.emit(model, tables, model.name)
+            return dot.emit(model, tables)
         case "smt2":
             from exover.checks.questions import claims
             from exover.emit import smtlib
 
-            return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name, deadline)
+            return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), deadline)
         case "smv":
             from exover.checks.questions import claims
             from exover.emit import smv
 
-            return smv.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
+            return smv.emit(built.compiled, properties, tuple(claims(model, properties)))
         case "aiger":
             from exover.checks.questions import claims
             from exover.emit import aiger
 
-            return aiger.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
+            return aiger.emit(built.compiled, properties, tuple(claims(model, properties)))
         case _:
             assert_never(target)
 

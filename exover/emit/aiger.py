@@ -63,13 +63,13 @@ class Asking:
         self.lines.append(f"{name}: {_said(question, words)}")
 
 
-def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
-    """Return `name.aig` with a bad state for each finding about reachable moments, and, if any is about infinite runs,
-    `name.live.aig` with a justice property for each of those; both in the binary form.
+def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> tuple[Artefact, ...]:
+    """Return `NAME.aig` with a bad state for each finding about reachable moments, and, if any is about infinite runs,
+    `NAME.live.aig` with a justice property for each of those; both in the binary form.
 
     They are two files, since many programs, ABC among them, read no file with justice properties.
     """
-    encoding = Encoding(compiled, properties)
+    name, encoding = compiled.model.name, Encoding(compiled, properties)
     questions, asking = Questions(encoding), Asking({UNSETTLED: encoding.unsettled})
     for claim in claims:
         asking.ask(claim, questions.of_claim(claim))

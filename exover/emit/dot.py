@@ -8,9 +8,9 @@ from exover.model.model import Model
 from exover.ocrd.tables import NONE, Tables
 
 
-def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
-    """Return `name.dot`: roots are events, boxes are actions; the solid edge of a test is taken iff it is true."""
-    return (Artefact(f"{name}.dot", "".join(f"{line}\n" for line in _lines(model, tables)).encode()),)
+def emit(model: Model, tables: Tables) -> tuple[Artefact, ...]:
+    """Return `NAME.dot`: roots are events, boxes are actions; the solid edge of a test is taken iff it is true."""
+    return (Artefact(f"{model.name}.dot", "".join(f"{line}\n" for line in _lines(model, tables)).encode()),)
 
 
 def _lines(model: Model, tables: Tables) -> Iterator[str]:

@@ -14,11 +14,11 @@ from exover.ocrd.packing import SECTIONS, VERSION, row
 from exover.ocrd.tables import NONE, UNCHECKED, Node, Tables
 
 
-def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:
-    """Return `name.json`."""
+def emit(model: Model, tables: Tables, most: EventBounds | None = None) -> tuple[Artefact, ...]:
+    """Return `NAME.json`."""
     found = document(model, tables, most)
     lines = ",\n".join(f"  {json.dumps(key)}: {_value(value)}" for key, value in found.items())
-    return (Artefact(f"{name}.json", f"{{\n{lines}\n}}\n".encode()),)
+    return (Artefact(f"{model.name}.json", f"{{\n{lines}\n}}\n".encode()),)
 
 
 def _value(value: object) -> str:

@@ -10,9 +10,9 @@ from exover.ocrd.compile import Compiled
 
 
 def emit(
-    compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str, deadline: float = inf
+    compiled: Compiled, properties: Properties, claims: Sequence[Claim], deadline: float = inf
 ) -> tuple[Artefact, ...]:
-    """Return `name.smt2`; the state of the solver is reset first, so that the bytes are always the same.
+    """Return `NAME.smt2`; the state of the solver is reset first, so that the bytes are always the same.
 
     Raises `Inconclusive` of `exover.engines.smt.solver` after `deadline`, a time of `monotonic`.
     """
@@ -20,4 +20,5 @@ def emit(
     from exover.engines.smt.text import text
 
     forget()
-    return (Artefact(f"{name}.smt2", text(compiled, properties, claims, Clock(deadline)).encode()),)
+    found = text(compiled, properties, claims, Clock(deadline))
+    return (Artefact(f"{compiled.model.name}.smt2", found.encode()),)

@@ -12,11 +12,12 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
 
-def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
-    """Return `name.smv` and, if there are claims for which it matters which runs are fair, `name.fair.smv`.
+def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> tuple[Artefact, ...]:
+    """Return `NAME.smv` and, if there are claims for which it matters which runs are fair, `NAME.fair.smv`.
 
     Raises `TooLarge` if the loop distinguishes too many values to be written.
     """
+    name = compiled.model.name
     words = Description(compiled.model, compiled.tables)
     nodes = [words.test(node) if node.code >= 0 else words.action(node) for node in compiled.tables.nodes]
     enough = enough_passes(compiled, properties)

@@ -57,8 +57,8 @@ def dumped(found: Build, folder: Path) -> bytes:
 @pytest.mark.parametrize("path", SPECS[:4], ids=lambda path: path.stem)
 def test_the_bytes_of_c_are_those_of_bin(path: Path, tmp_path: Path) -> None:
     found = built(path)
-    (artefact,) = binary.emit(found.tables, "x")
-    assert artefact.name == "x.bin"
+    (artefact,) = binary.emit(found.model, found.tables)
+    assert artefact.name == f"{found.model.name}.bin"
     assert dumped(found, tmp_path) == artefact.content == pack(found.tables)
 
 
@@ -71,8 +71,9 @@ def test_numbers_of_every_width(bound: int, tmp_path: Path) -> None:
 def test_the_same_input_gives_the_same_bytes() -> None:
     path = ROOT / "specs" / "rover.exo"
     one, two = (build(model_of(path.read_text(encoding="utf-8"))) for _ in range(2))
-    for emit in (c.emit, emit_json.emit, dot.emit):
-        assert emit(one.model, one.tables, "rover") == emit(two.model, two.tables, "rover")
+    assert c.emit(one.model, one.tables, "rover") == c.emit(two.model, two.tables, "rover")
+    for emit in (emit_json.emit, dot.emit):
+        assert emit(one.model, one.tables) == emit(two.model, two.tables)
 
 
 def test_files_are_named_after_the_spec() -> None:
@@ -87,7 +88,7 @@ def test_files_are_named_after_the_spec() -> None:
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_json_holds_every_number(path: Path) -> None:
     found = built(path)
-    (artefact,) = emit_json.emit(found.model, found.tables, "x")
+    (artefact,) = emit_json.emit(found.model, found.tables)
     read = json.loads(artefact.content)
     sections = [read[f"section_{name}"] for name, _ in SECTIONS]
     assert [len(section) for section in sections] == counts(found.tables)[:-2]
@@ -101,7 +102,7 @@ def test_json_holds_every_number(path: Path) -> None:
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_the_drawing_has_every_node(path: Path) -> None:
     found = built(path)
-    (artefact,) = dot.emit(found.model, found.tables, "x")
+    (artefact,) = dot.emit(found.model, found.tables)
     text = artefact.content.decode()
     assert len(re.findall(r"^    n\d+ \[", text, re.MULTILINE)) == len(found.tables.nodes)
     if which("dot"):
@@ -121,7 +122,7 @@ def test_words_for_tests_and_actions() -> None:
 def test_unchecked_is_told() -> None:
     model = model_of("spec s; module m { request r(); }")
     tables = build(model, unchecked=True).tables
-    (artefact,) = emit_json.emit(model, tables, "s")
+    (artefact,) = emit_json.emit(model, tables)
     assert json.loads(artefact.content)["unchecked"] is True
     assert struct.unpack_from("<I", pack(tables), 8) == (1,)
     assert decode(pack(tables)) == tables

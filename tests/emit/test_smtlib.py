@@ -89,7 +89,7 @@ def asked(spec: str, properties: str = "") -> tuple[str, dict[str, str]]:
         assert loaded is not None
         assumed = loaded
     said = tuple(claims(made.model, assumed))
-    (artefact,) = smtlib.emit(made, assumed, said, made.model.name)
+    (artefact,) = smtlib.emit(made, assumed, said)
     findings = check_all(made, lambda what: None, properties=assumed).findings
     return artefact.content.decode(), {f"{each.check} {each.subject}": each.verdict for each in findings}
 
@@ -182,7 +182,7 @@ def test_where_a_search_is_cut_off_changes_nothing_else(monkeypatch: pytest.Monk
             raise Inconclusive("time limit")
 
         monkeypatch.setattr(AlwaysPossible, "ways", cut_off)
-        (artefact,) = smtlib.emit(made, NO_PROPERTIES, said, made.model.name)
+        (artefact,) = smtlib.emit(made, NO_PROPERTIES, said)
         assert len(searches) > 5
         texts.append(artefact.content.decode())
     assert texts[0] == texts[1] and "way 0|" in texts[0]
