@@ -14,13 +14,12 @@ from exover.audit.shapes import CALL_SHAPE, GOAL_SHAPE, RESULT_SHAPE, STATUS_SHA
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
+from exover.gate.ros2.cdr import ACCEPTED, CANCELING, OUTCOME_OF, SUCCEEDED
 from exover.gate.ros2.names import absolute
 from exover.model.event import Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json
 
-ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
-"""The statuses of action_msgs/msg/GoalStatus."""
 RESPONSES = (2, 3)
 """Event types of service_msgs/msg/ServiceEventInfo for responses: sent, received."""
 GOALS, STATUS, CALLS = "/_action/send_goal/_service_event", "/_action/status", "/_service_event"
@@ -279,7 +278,7 @@ class Bag:
         if status == CANCELING:
             yield KillDeed(name, goal.instance)
         elif status >= SUCCEEDED:
-            outcome = {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed")
+            outcome = OUTCOME_OF.get(status, "failed")
             yield self._end(goal, outcome if result is None else _outcome(goal.bound, outcome, result), result)
 
     def _start(self, goal: SeenGoal) -> Item:

@@ -14,7 +14,7 @@ from exover.gate.ros2.strays import AGAIN, Strays
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
 
-STATUS_OF: dict[Ending, int] = {"ok": cdr.SUCCEEDED, "interrupted": cdr.CANCELED, "failed": cdr.ABORTED}
+STATUS_OF = {outcome: status for status, outcome in cdr.OUTCOME_OF.items()}
 """The goal status for an outcome, where the server has not told a result."""
 
 
@@ -287,7 +287,7 @@ class ActionProxy:
             if goal is None or status == cdr.UNKNOWN:
                 continue
             self._taken(goal, GoalReply(True, Stamp(seconds, nanoseconds)))
-            if goal.phase == "running" and status in cdr.ENDED:
+            if goal.phase == "running" and status in cdr.OUTCOME_OF:
                 goal.again = min(goal.again, self._gate.clock() + AGAIN)
             elif goal.phase == "running" and goal.status < status <= cdr.CANCELING:
                 goal.status, advanced = status, True

@@ -9,6 +9,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from exover.model.event import Ending
+
 ORDER = "<" if sys.byteorder == "little" else ">"
 ENCAPSULATION = bytes((0, int(sys.byteorder == "little"), 0, 0))
 BODY = 4
@@ -23,7 +25,8 @@ NO_ID = bytes(ID)
 UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
 """Goal statuses (action_msgs/msg/GoalStatus)."""
 ACTIVE = (ACCEPTED, EXECUTING, CANCELING)
-ENDED = (SUCCEEDED, CANCELED, ABORTED)
+OUTCOME_OF: dict[int, Ending] = {SUCCEEDED: "ok", CANCELED: "interrupted", ABORTED: "failed"}
+"""The outcomes of the statuses that end a goal."""
 CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
 """Return codes of `cancel_goal` (action_msgs/srv/CancelGoal)."""
 
