@@ -26,8 +26,10 @@ class Watching:
         self._last: dict[str, Any] = {}
         self._seen: set[SlotId] = set()
         """Slots that a watch has shown as running since their launch."""
+        self._before: dict[SlotId, int] = {}
+        """Slots that were launched or have ended, with the number of the watch's latest round at that time."""
         self._since: dict[SlotId, int] = {}
-        """Slots whose module has answered that they have started, with the watch's round number at that time."""
+        """Slots whose module has answered that they have started, with the number of the latest round at that time."""
         self._strange: set[tuple[str, str]] = set()
 
     # ---- time ----
@@ -65,9 +67,12 @@ class Watching:
         self._since[slot] = self._rounds[watch]
 
     def forget(self, slot: SlotId) -> None:
-        """Forget what was shown of a slot, since it is launched anew or has ended."""
+        """Forget what was shown of a slot that is launched anew or has ended, and what its open round will show."""
         self._seen.discard(slot)
         self._since.pop(slot, None)
+        bound = self._gate.binding.of(slot[0])
+        if bound is not None and bound.report.watch is not None:
+            self._before[slot] = self._rounds[bound.report.watch]
 
     def failed(self, watch: Watch, reason: str) -> None:
         """Note that a watch could not be read; it becomes blind."""
@@ -76,7 +81,7 @@ class Watching:
             self._lose(watch, reason)
 
     def shown(self, watch: Watch, document: Any) -> None:
-        """Tell the gate the readings and statuses in a document that a watch has shown."""
+        """Tell the gate the readings and statuses in a document that a watch has shown: a tool, at its latest call."""
         self._shown[watch.name] = self._gate.clock()
         self._blind.discard(watch.name)
         if watch.kind == "tool":
@@ -108,6 +113,8 @@ class Watching:
 
     def _status(self, bound: RequestBinding, watch: Watch, document: Any) -> None:
         slot, report = (bound.request, 0), bound.report
+        if self._rounds[watch.name] == self._before.get(slot):
+            return
         status = select(document, report.status or ())
         meaning = report.meaning(status)
         if meaning is None:

@@ -45,9 +45,17 @@ class Middle:
 
     def watched(self, state: Mapping[str, Any]) -> None:
         """Let the watch be called, and answered."""
-        self.now += 0.1
+        self.shown(self.polled(), state)
+
+    def polled(self, after: float = 0.1) -> dict[str, Any]:
+        """Let the watch be called after so many seconds, and return its call."""
+        self.now += after
         self.proxy.tick()
         (poll,) = [each for each in self.server_got() if each.get("params", {}).get("name") == "get_state"]
+        return poll
+
+    def shown(self, poll: Mapping[str, Any], state: Mapping[str, Any]) -> None:
+        """Answer a call of the watch."""
         self.answer(poll, {"content": [{"type": "text", "text": json.dumps(state)}]})
 
     def client(self, body: Mapping[str, Any]) -> None:

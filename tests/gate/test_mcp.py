@@ -307,6 +307,77 @@ def test_a_module_that_refuses_to_stop_stays_active() -> None:
     assert rule(middle.client_got()[0]) == "busy"
 
 
+def test_the_answer_to_a_stop_ends_no_later_launch() -> None:
+    middle = Middle().ready()
+    stops = []
+    for id in (1, 2):
+        middle.call(id, "reach", {"hand": "l"})
+        (reach,) = middle.server_got()
+        middle.client({"method": "notifications/cancelled", "params": {"requestId": id}})
+        stops += middle.server_got()
+        if id == 1:
+            middle.answer(reach, OK)  # it has ended by itself, before its stop is answered
+            assert ("arm.reach", 0) not in middle.gate.state.slots
+    middle.answer(stops[0], OK)
+    assert ("arm.reach", 0) in middle.gate.state.slots
+    middle.answer(stops[1], OK)
+    assert ("arm.reach", 0) not in middle.gate.state.slots
+
+
+def test_what_the_watch_was_asked_before_a_launch_says_nothing_of_it() -> None:
+    bind = BIND.replace('{ command = "halt" } }', '{ command = "halt" }, ends = true }')
+    middle = Middle(bind).ready(ARRIVED)
+    middle.call(1, "drive", MOVE)
+    middle.answer(middle.server_got()[0], OK)
+    middle.watched(MOVING)
+    before = middle.polled()
+    middle.call(2, "brake")
+    (halt,) = middle.server_got()
+    middle.answer(halt, OK)
+    (brake,) = middle.server_got()
+    middle.answer(brake, OK)
+    middle.call(3, "drive", MOVE)
+    (drive,) = middle.server_got()
+    middle.shown(before, MOVING)  # as the first drive did
+    middle.watched(ARRIVED)  # the second does not move yet
+    assert ("base.move", 0) in middle.gate.state.slots
+    middle.answer(drive, OK)
+    middle.watched(MOVING)
+    middle.watched(ARRIVED)
+    assert ("base.move", 0) not in middle.gate.state.slots and not middle.alarms()
+
+
+def test_what_ran_when_the_watch_was_asked_is_no_stray_once_it_has_ended() -> None:
+    middle = Middle(BIND.replace('{ command = "halt" } }', '{ command = "halt" }, ends = true }')).ready(ARRIVED)
+    middle.call(1, "drive", MOVE)
+    middle.answer(middle.server_got()[0], OK)
+    before = middle.polled()
+    middle.call(2, "brake")
+    (halt,) = middle.server_got()
+    middle.answer(halt, OK)
+    middle.shown(before, MOVING)
+    assert not middle.alarms()
+    middle.watched(MOVING)
+    assert middle.alarms() == ["stray"]
+
+
+def test_only_the_latest_call_of_a_watch_is_heard() -> None:
+    middle = Middle().ready()
+    middle.call(1, "drive", MOVE)
+    (drive,) = middle.server_got()
+    first = middle.polled()
+    middle.answer(drive, OK)
+    second = middle.polled(after=2)
+    middle.shown(first, {**ARRIVED, "paint": 1})
+    assert ("base.move", 0) in middle.gate.state.slots and middle.gate.state.readings == {}
+    middle.shown(second, {**MOVING, "paint": 2})
+    middle.shown(first, {**ARRIVED, "paint": 1})
+    assert ("base.move", 0) in middle.gate.state.slots
+    read = [each["event"]["value"] for each in middle.journal if each.get("event", {}).get("observe") == "paint"]
+    assert read[-1] == 2 and 1 not in read
+    assert middle.complaints.count("an answer of the server was dropped: nobody waits for it") == 2
+
+
 def test_a_killed_call_is_told_its_rule() -> None:
     bind = BIND.replace("started = true\n", "").replace('[request."base.move".report]', "[request.x]")
     bind = bind[: bind.index("[request.x]")] + bind[bind.index('[request."base.stop"]') :]

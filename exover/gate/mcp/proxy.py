@@ -61,6 +61,8 @@ class McpProxy:
     """The call that stops a request, by request."""
     _polls: dict[str, PreparedCall] = field(default_factory=dict)
     """The call of a watch's tool, by watch."""
+    _polling: dict[str, int] = field(default_factory=dict)
+    """The number of the latest call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went and have not ended since."""
     _client: McpClient = field(init=False)
@@ -255,7 +257,7 @@ class McpProxy:
     def _response(self, message: Message) -> None:
         pending = self._server.close(message.id) if isinstance(message.id, int) else None
         if pending is None:
-            self.tell("an answer of the server was dropped: nobody has asked for it")
+            self.tell("an answer of the server was dropped: nobody waits for it")
         elif pending.watch is not None:
             self._polled(pending.watch, message)
         elif pending.stops is not None:
@@ -353,6 +355,7 @@ class McpProxy:
     def _forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
         bound = self.gate.binding.of(slot[0])
         assert bound is not None, "what is not bound is neither asked for nor required"
+        self._server.forget_stops(slot)  # those of earlier launches, whose answers say nothing of this one
         self._watching.forget(slot)
         found = self._client.call(call)
         params = {**found.params, "name": bound.inner} if found else self._server.own(own_call(bound, args))
@@ -377,4 +380,6 @@ class McpProxy:
             self._client.finish(call, self._server.stateless)
 
     def _poll(self, watch: Watch) -> None:
-        self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))
+        """Call the tool of a watch; an answer to an earlier call, which would be older, is not taken any more."""
+        self._server.close(self._polling.get(watch.name, 0))
+        self._polling[watch.name] = self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))

@@ -8,6 +8,7 @@ from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Pending
 from exover.gate.mcp.lines import PreparedCall
 from exover.gate.mcp.results import envelope
+from exover.model.state import SlotId
 from exover.model.wire import Json
 
 
@@ -53,12 +54,13 @@ class McpServer:
         self.send({**body, "id": number})
         return number
 
-    def call(self, call: PreparedCall, pending: Pending) -> None:
-        """Write a prepared call under a new number."""
+    def call(self, call: PreparedCall, pending: Pending) -> int:
+        """Write a prepared call under a new number, and return the number."""
         number = next(self.numbers)
         self._pending[number] = pending
         if self.alive:
             self.write(call.line(number, self._meta))
+        return number
 
     def pending(self, number: int) -> Pending | None:
         """Return the open request of this number; None if there is none."""
@@ -67,6 +69,11 @@ class McpServer:
     def close(self, number: int) -> Pending | None:
         """Return the open request of this number, which is answered or given up now; None if there is none."""
         return self._pending.pop(number, None)
+
+    def forget_stops(self, slot: SlotId) -> None:
+        """Await no answer any more to calls that stop a slot."""
+        for number in [number for number, pending in self._pending.items() if pending.stops == slot]:
+            del self._pending[number]
 
     def gone(self) -> tuple[Pending, ...]:
         """Return the open requests, which nobody answers any more: the server has gone."""
