@@ -160,8 +160,13 @@ class Binding:
         """Return whether calls of this outer name, which is bound to no request, are passed on without a decision."""
         if outer in self.below:
             return False
-        return self.gate.unbound == "pass" or any(fnmatchcase(outer, pattern) for pattern in self.gate.passed)
+        return self.gate.unbound == "pass" or any(matches(outer, pattern) for pattern in self.gate.passed)
 
     def watched_by(self, watch: str) -> tuple[RequestBinding, ...]:
         """Return the bindings of the requests whose end this watch reports."""
         return tuple(bound for bound in self.requests if bound.report.watch == watch)
+
+
+def matches(outer: str, pattern: str) -> bool:
+    """Return whether an outer name is one that a pattern of `pass` means, in which `*` and `?` stand for characters."""
+    return fnmatchcase(outer, pattern.replace("[", "[[]"))

@@ -1,7 +1,6 @@
 """Reads `NAME.bind.toml`: returns a binding of a model, or mistakes with their places (docs/binding.md)."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from fnmatch import fnmatchcase
 from math import isinf
 from typing import Any
 
@@ -20,8 +19,9 @@ from exover.gate.binding import (
     StatusMeaning,
     Watch,
     key_of,
+    matches,
 )
-from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of
+from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of, same
 from exover.gate.schema import MistakeList
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
@@ -334,7 +334,7 @@ class _Reader:
         for number, later in enumerate(requests):
             for earlier in requests[:number]:
                 alike = (earlier.kind, earlier.outer) == (later.kind, later.outer) and later.outer
-                if alike and set(earlier.when) <= set(later.when):
+                if alike and all(_demands(later, path, value) for path, value in earlier.when):
                     message = f"{quote(later.request)} is never meant: {quote(earlier.request)} is, by the same calls"
                     advice = "tell them apart by `when`, the one with more conditions first"
                     self._mistakes.say("E705", message, ("request", later.request), advice)
@@ -344,7 +344,7 @@ class _Reader:
         """Note patterns of `pass` that would let clients call tools that only the gate may call."""
         for number, pattern in enumerate(binding.gate.passed):
             for tool in sorted(binding.below):
-                if fnmatchcase(tool, pattern):
+                if matches(tool, pattern):
                     message = f"{quote(pattern)} passes {quote(tool)}, by which the gate carries out or stops a request"
                     advice = "name the tools that command nothing, or bind this one to a request"
                     self._mistakes.say("E706", message, ("gate", "pass", number), advice)
@@ -385,6 +385,11 @@ class _Reader:
             if variable.name not in read:
                 message = f"nothing reads {quote(variable.name)}: it stays {value_text(variable.initial)}"
                 self._mistakes.say("E708", message, ("poster",), f'write [poster."{variable.name}"]', "warning")
+
+
+def _demands(bound: RequestBinding, path: FieldPath, value: Any) -> bool:
+    """Return whether `when` of a request wants this value at a path."""
+    return any(each == path and same(wanted, value) for each, wanted in bound.when)
 
 
 def _paths(table: Mapping[str, Any]) -> tuple[tuple[FieldPath, Any], ...]:

@@ -133,6 +133,20 @@ def test_a_status_with_two_meanings_is_not_told_apart_by_when() -> None:
     assert "the status 'bumper' is listed twice" in told and "= help: leave it in one list, once" in told
 
 
+def test_brackets_of_a_pattern_stand_for_themselves() -> None:
+    found = binding_of(BIND.replace('["get_*"]', '["get[abc]", "[x]?"]'), MODEL)
+    assert found.passes("get[abc]") and found.passes("[x]y")
+    assert not any(map(found.passes, ("geta", "x", "[x]")))
+
+
+def test_what_is_asked_with_true_and_with_1_is_told_apart() -> None:
+    bind = BIND.replace('when = { command = "move" }', "when = { fast = 1 }")
+    bind = bind.replace('tool = "brake"', 'tool = "drive"\nwhen = { fast = VALUE }')
+    assert not mistakes(bind.replace("VALUE", "true"))
+    (told,) = mistakes(bind.replace("VALUE", "1.0"))
+    assert "`base.stop` is never meant: `base.move` is, by the same calls" in told
+
+
 def test_no_client_calls_what_is_for_the_gate_alone() -> None:
     found = binding_of(BIND.replace('pass = ["get_*"]', 'unbound = "pass"'), MODEL)
     assert found.passes("get_state") and found.passes("other")
