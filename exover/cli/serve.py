@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 from exover.cli.files import read_spec
 from exover.cli.status import CliError
-from exover.cli.streams import complain
+from exover.cli.streams import complain, unwaited_complaints
 from exover.model.model import Model
 from exover.pipeline import CheckerName, engine
 from exover.run.serve import CheckerServer
@@ -23,6 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Serve clients until a signal ends the process."""
     model = read_spec(arguments.spec)
     with ExitStack() as stack:
+        stack.enter_context(unwaited_complaints())
         chosen, name = _engine(stack, arguments.engine, model)
         listener = stack.enter_context(_listening(arguments.socket))
         server = CheckerServer(model, chosen, listener, lambda text: complain(f"exover: warning: {text}"))

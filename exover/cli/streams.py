@@ -2,9 +2,15 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 from exover.cli.status import CliError, ExitStatus
+from exover.cli.unread import MessageWriter
+
+PATIENCE = 1.0
+"""Seconds that messages get to be written when a service ends."""
 
 
 def out(text: str) -> bool:
@@ -28,9 +34,34 @@ def out(text: str) -> bool:
 
 
 class Complaints:
-    """The number of calls of `complain` so far."""
+    """The number of calls of `complain` so far, and what writes them where they must not wait."""
 
     count = 0
+    writer: MessageWriter | None = None
+
+
+@contextmanager
+def unwaited_complaints() -> Iterator[None]:
+    """Let `complain` not wait until its messages are read: in the body, and after it if nobody reads them.
+
+    This is for services, which nobody may hold up who does not read their standard error. What does not fit is
+    counted and dropped.
+    """
+    try:
+        file = sys.stderr.fileno()
+    except (AttributeError, OSError):  # it is closed or no file, and so nobody is waited for
+        yield
+        return
+    writer = Complaints.writer = MessageWriter(file, sys.stderr.encoding, _lost)
+    try:
+        yield
+    finally:
+        if writer.close(PATIENCE):
+            Complaints.writer = None
+
+
+def _lost(number: int) -> str:
+    return f"exover: warning: messages lost here, since standard error was not read: {number}\n"
 
 
 def complain(text: str) -> None:
@@ -69,6 +100,9 @@ def _give_up_output() -> None:
 
 
 def _to_stderr(text: str) -> None:
+    if Complaints.writer is not None:
+        Complaints.writer(text)
+        return
     if sys.stderr is None:
         return
     try:

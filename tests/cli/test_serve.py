@@ -283,6 +283,15 @@ def test_what_was_sent_before_a_record_that_is_too_long_is_answered(served: Serv
         peer.record()
 
 
+def test_nobody_waits_for_who_does_not_read_standard_error(served: Served) -> None:
+    for _ in range(1000):  # more than a pipe holds
+        odd = Peer(served.path, b"EXO1" + struct.pack("<I", 1 << 30))
+        odd.record()
+        odd.socket.close()
+    assert served.peer().ask(GOTO)[0]["launch"] == "nd.goto"
+    assert served.end() == 143
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of another process are of Linux")
 def test_a_first_line_is_read_though_no_file_can_be_opened(served: Served) -> None:
     peer, later = served.peer(), served.peer(b"EXO1")
