@@ -11,7 +11,7 @@ from time import monotonic
 from exover.checks.questions import SEVERITY
 from exover.cli.files import read_source, read_spec, refuse_twice, standard_input
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import complain, out
+from exover.cli.streams import complain, out, unwaited_complaints
 from exover.diagnostics import render_all
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, Journal, checker_of
@@ -48,6 +48,7 @@ def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
     if checker is None:
         return ExitStatus.VIOLATED
     with ExitStack() as stack:
+        stack.enter_context(unwaited_complaints())
         journal = _journal(arguments, stack)
         gate = Gate(model, binding, checker, monotonic, journal)
         try:
@@ -70,6 +71,7 @@ def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
     if checker is None:
         return ExitStatus.VIOLATED
     with ExitStack() as stack:
+        stack.enter_context(unwaited_complaints())
         journal = _journal(arguments, stack, session.publish)
         gate = Gate(model, binding, checker, monotonic, journal)
         gc.freeze()  # as above

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -82,8 +83,12 @@ class Session:
         body = {"jsonrpc": "2.0", "id": id, "method": "tools/call", "params": {"name": name}}
         self.process.stdin.write(json.dumps(body).encode() + b"\n")
 
+    def notify(self, method: str) -> None:
+        assert self.process.stdin
+        self.process.stdin.write(json.dumps({"jsonrpc": "2.0", "method": method}).encode() + b"\n")
+
     def line(self) -> dict[str, Any]:
-        assert self.process.stdout
+        assert self.process.stdout and select.select([self.process.stdout], [], [], 60)[0], "it says nothing"
         found: dict[str, Any] = json.loads(self.process.stdout.readline())
         return found
 
@@ -160,6 +165,17 @@ def test_a_client_that_does_not_read_holds_nobody_up(tmp_path: Path) -> None:
     gone = session.process.poll()
     session.ended()
     assert gone == 0
+
+
+def test_who_does_not_read_standard_error_holds_nobody_up(tmp_path: Path) -> None:
+    session = Session(tmp_path)
+    session.running()
+    for number in range(2000):
+        session.notify(f"x/{number}")  # more than a pipe holds
+    session.call(3, "halt")
+    assert {session.line()["id"], session.line()["id"]} == {1, 3}
+    status, told = session.ended()
+    assert status == 0 and told.count(" without an id\n") == 2000
 
 
 def test_a_server_is_ended_even_if_what_stops_fails(tmp_path: Path) -> None:
