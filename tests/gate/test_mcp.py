@@ -440,6 +440,22 @@ def test_when_the_server_is_gone_everybody_is_told() -> None:
     assert middle.gate.state.slots["base.move", 0].lost
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"error": None}, {"error": "x"}, {"result": OK, "error": {}}, {"result": OK, "error": 1}]
+)
+def test_an_answer_that_is_none_ends_nothing(wrong: dict[str, Any]) -> None:
+    middle = Middle().ready()
+    middle.call(1, "reach", {"hand": "l"})
+    (reach,) = middle.server_got()
+    middle.server({"id": reach["id"], **wrong})
+    assert ("arm.reach", 0) in middle.gate.state.slots and not middle.client_got()
+    assert middle.complaints == [
+        "a message of the server was dropped: the message is no request, notification or response"
+    ]
+    middle.answer(reach, OK)
+    assert ("arm.reach", 0) not in middle.gate.state.slots
+
+
 def test_a_flood_is_held_back() -> None:
     middle = Middle().ready()
     for number in range(1100):

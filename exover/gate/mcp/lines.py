@@ -110,7 +110,8 @@ def _message(body: Json) -> Message:
         raise BadLine(INVALID_REQUEST, "the id is neither a text nor a whole number")
     if isinstance(body.get("method"), str):
         return Message("request" if "id" in body else "notification", body)
-    if "method" not in body and "id" in body and ("result" in body) != ("error" in body):
+    error = body.get("error")
+    if "method" not in body and "id" in body and (error is None if "result" in body else isinstance(error, dict)):
         return Message("response", body)
     raise BadLine(INVALID_REQUEST, "the message is no request, notification or response")
 
