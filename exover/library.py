@@ -14,10 +14,10 @@ from typing import get_args
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
-from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted, limits_from
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable
+from exover.limits import NO_LIMITS, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.loop.tracked_predicates import property_conditions
 from exover.model.canonical import digest

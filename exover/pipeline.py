@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from exover.checks.run import Audience, CheckOutcome
     from exover.checks.schedule.answers import AnswerStore
     from exover.checks.schedule.engines import Engines
-    from exover.checks.schedule.limits import Limits
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
+    from exover.limits import Limits
     from exover.model.difference import Compared
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
@@ -130,7 +130,7 @@ def check(
     from exover.checks.run import NOBODY, check_all
     from exover.checks.schedule.answers import NO_STORE
     from exover.checks.schedule.engines import PORTFOLIO
-    from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
+    from exover.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
 
     limits = limits or NO_LIMITS
     outcome = check_all(
@@ -337,16 +337,14 @@ def diff(
     Berkeley ABC, "" to do without it. At the end of the time limit, the result is what is known by then.
     """
     from exover import __version__
-    from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted
     from exover.diff.compare import differences, judged
-    from exover.engines.aig.comparison import Allowance
+    from exover.limits import NO_LIMITS
     from exover.model.difference import Compared
     from exover.model.versions import Versions
 
     versions = Versions(old.model, new.model, renamed)
-    bounded = limits or NO_LIMITS
-    time = Allowance(lambda: interrupted(bounded), TimeUp, bounded.reason)
-    shown, undecided = differences(versions, (old.compiled, new.compiled), properties, abc, progress, time)
+    compiled = old.compiled, new.compiled
+    shown, undecided = differences(versions, compiled, properties, abc, progress, limits or NO_LIMITS)
     return Compared(__version__, versions, files, properties, shown, undecided, judged(*ask()))
 
 

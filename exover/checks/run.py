@@ -15,12 +15,12 @@ from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
 from exover.checks.schedule.engines import DIAGRAMS, Engines, suited
 from exover.checks.schedule.examination import Examination
-from exover.checks.schedule.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.checks.schedule.opinions import compare, contradicted, first, together, vacuous
 from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
+from exover.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties

@@ -17,7 +17,6 @@ from exover.checks.questions import SEVERITY
 from exover.checks.run import CheckOutcome
 from exover.checks.schedule.answers import AnswerStore
 from exover.checks.schedule.engines import PORTFOLIO, Engines
-from exover.checks.schedule.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.cli.answer_cache import answers_of
 from exover.cli.arguments import outputs_of
 from exover.cli.engines import engines_of
@@ -32,6 +31,7 @@ from exover.cli.status import CliError, ExitStatus, severest
 from exover.cli.streams import Complaints, ProgressLine, complain, out
 from exover.diagnostics import Severity, quote
 from exover.emit.artefact import Artefact
+from exover.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties

@@ -5,13 +5,13 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.diagnostics import did_you_mean
+from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.model.difference import Compared
 from exover.model.model import Model
 from exover.model.property import Properties

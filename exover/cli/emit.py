@@ -6,7 +6,6 @@ from contextlib import nullcontext
 
 from exover.checks.questions import SEVERITY
 from exover.checks.questions.choice import ERRORS, asked
-from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
@@ -16,6 +15,7 @@ from exover.cli.streams import ProgressLine, complain, out
 from exover.emit.artefact import Artefact
 from exover.emit.config import FILE
 from exover.engines.smt.solver import Inconclusive
+from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, EmitTarget, build, emit

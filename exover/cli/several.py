@@ -15,7 +15,6 @@ from time import monotonic
 from typing import Any
 
 from exover import __version__
-from exover.checks.schedule.limits import INTERRUPTED
 from exover.checks.schedule.workers import GRACE, ended, process_of
 from exover.cli.files import shown
 from exover.cli.main import ExitGuard
@@ -25,6 +24,7 @@ from exover.dataclass import dataclass
 from exover.ending import ENDING, leave_ending_to_parent
 from exover.engines.process import die_with, uninterrupted
 from exover.engines.scratch import Scratch, files_in
+from exover.limits import INTERRUPTED
 from exover.loop.claim import Verdict
 from exover.pipeline import Build
 from exover.report.several import ReportFormat, part

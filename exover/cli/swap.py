@@ -2,11 +2,11 @@
 
 import argparse
 
-from exover.checks.schedule.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
+from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, build, check, swap

@@ -6,8 +6,9 @@ from contextlib import suppress
 from exover.checks.finding import Finding
 from exover.diff.deeds import changes_of, done
 from exover.engines.aig.answer import Open
-from exover.engines.aig.comparison import UNLIMITED, Allowance, CommonRun, compare
+from exover.engines.aig.comparison import CommonRun, compare
 from exover.engines.aig.pair_concretize import Both
+from exover.limits import NO_LIMITS, Limits
 from exover.loop.plain_runs import PlainRuns, plain_pair
 from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided
 from exover.model.event import Action
@@ -24,7 +25,7 @@ def differences(
     properties: tuple[Properties, Properties],
     abc: str,
     progress: Callable[[str], None],
-    time: Allowance = UNLIMITED,
+    limits: Limits = NO_LIMITS,
 ) -> tuple[tuple[Difference, ...], tuple[Undecided, ...]]:
     """Return the changes that some run shows, each with such a run, and the changes that are undecided.
 
@@ -34,8 +35,8 @@ def differences(
     """
     shown, undecided = [], []
     sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
-    answers = compare(versions, compiled, properties, abc, progress, time)
-    late = any(isinstance(found, Open) and found.reason == time.reason for found in answers.values())
+    answers = compare(versions, compiled, properties, abc, progress, limits)
+    late = any(isinstance(found, Open) and found.reason == limits.reason for found in answers.values())
     for change, found in answers.items():
         match found:
             case CommonRun(events, shortest):
@@ -44,7 +45,7 @@ def differences(
                 except Disagreement:
                     if not late:
                         raise
-                    undecided.append(Undecided(change, time.reason))
+                    undecided.append(Undecided(change, limits.reason))
             case Open(reason):
                 undecided.append(Undecided(change, reason))
             case None:

@@ -19,10 +19,10 @@ from exover.checks.finding import Finding
 from exover.checks.questions import CHECKS
 from exover.checks.run import NOBODY, Audience, Nobody, check_all
 from exover.checks.schedule.engines import PORTFOLIO, Engines
-from exover.checks.schedule.limits import limits_from
 from exover.cli.files import read_properties, read_spec
 from exover.engines.aig import abc
 from exover.engines.process import NotRunnable
+from exover.limits import limits_from
 from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build

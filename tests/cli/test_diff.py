@@ -10,8 +10,8 @@ import pytest
 
 import exover.cli.check
 import exover.cli.diff
-from exover.checks.schedule.limits import TimeUp
 from exover.engines.aig.comparison import Comparison
+from exover.limits import TimeUp
 from tests.support.launches import LINKED, chain
 
 HEAD = """spec lift;

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from exover.checks.finding import Counted
-from exover.checks.schedule.limits import Limits
 from exover.cli.check import decide
 from exover.cli.policy import find_config
+from exover.limits import Limits
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load
 from exover.source import Source

@@ -6,8 +6,8 @@ from shutil import which
 
 import pytest
 
-from exover.checks.schedule.limits import TimeUp
 from exover.cli.main import main
+from exover.limits import TimeUp
 
 
 def test_a_certificate_is_written_and_verified(run, spec, tmp_path):

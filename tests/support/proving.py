@@ -1,6 +1,6 @@
 """What `exover swap` asks of OLD, answered as the command does."""
 
-from exover.checks.schedule.limits import Limits
+from exover.limits import Limits
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, check
 from exover.swap.prove import AskProperties

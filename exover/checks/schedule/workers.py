@@ -20,12 +20,12 @@ from time import monotonic
 from typing import Any, Generic, TypeVar
 
 from exover.checks.schedule.agenda import Agenda, Turn
-from exover.checks.schedule.limits import Limits
 from exover.checks.schedule.serving import Work, is_memory, serve
 from exover.dataclass import dataclass
 from exover.ending import ENDING
 from exover.engines.process import uninterrupted
 from exover.engines.scratch import Scratch
+from exover.limits import Limits
 from exover.loop.claim import Progress
 
 GRACE = 1.0

@@ -1,7 +1,6 @@
 """Which answers two versions give otherwise: random runs first, then proofs, then the shortest run to each change."""
 
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Mapping
 from dataclasses import field
 
 from exover.dataclass import dataclass
@@ -20,6 +19,7 @@ from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.versions import VersionPair
+from exover.limits import NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.difference import AnswerChange, changes
 from exover.model.property import Properties
@@ -50,22 +50,6 @@ ChangeAnswer = CommonRun | Open | None
 """A run that shows a change; None: no run does."""
 
 
-class _Never(Exception):
-    """Is never raised."""
-
-
-@dataclass(frozen=True, slots=True)
-class Allowance:
-    """The time limit of a search: inside the context `within`, `over` is raised when it has passed, for `reason`."""
-
-    within: Callable[[], AbstractContextManager[None]] = nullcontext
-    over: type[Exception] = _Never
-    reason: str = ""
-
-
-UNLIMITED = Allowance()
-
-
 class _MorePasses(Exception):
     """Some run needs more passes than the graph has."""
 
@@ -76,7 +60,7 @@ def compare(
     properties: tuple[Properties, Properties],
     abc: str = "",
     progress: Progress = lambda _: None,
-    time: Allowance = UNLIMITED,
+    limits: Limits = NO_LIMITS,
 ) -> dict[AnswerChange, ChangeAnswer]:
     """Return by change a run that shows it, None where it is proved that none does, or why that is not known.
 
@@ -84,10 +68,10 @@ def compare(
     """
     for passes in PASSES:
         try:
-            with time.within():
-                comparison = Comparison(_joined(versions, compiled, properties, passes), abc, progress, time)
-        except time.over:
-            return dict.fromkeys(changes(versions), Open(time.reason))
+            with interrupted(limits):
+                comparison = Comparison(_joined(versions, compiled, properties, passes), abc, progress, limits)
+        except TimeUp:
+            return dict.fromkeys(changes(versions), Open(limits.reason))
         try:
             return comparison.answers()
         except _MorePasses:
@@ -132,7 +116,7 @@ class Comparison:
     pair: VersionPair
     abc: str
     progress: Progress
-    time: Allowance = UNLIMITED
+    limits: Limits = NO_LIMITS
     proved: set[int] = field(default_factory=set)
     reasons: dict[int, str] = field(default_factory=dict)
     runs: dict[int, Inputs] = field(default_factory=dict)
@@ -153,11 +137,11 @@ class Comparison:
         """Return what is known of each change; raises `_MorePasses` if the graph has not enough of them."""
         late = False
         try:
-            with self.time.within():
+            with interrupted(self.limits):
                 self._explore()
                 self._prove()
                 shown = self._shown()
-        except self.time.over:
+        except TimeUp:
             late, shown = True, self._shown(in_hurry=True)
         settled = self.proved.issuperset(self._about_passes)
         found: dict[AnswerChange, ChangeAnswer] = {}
@@ -167,7 +151,7 @@ class Comparison:
             elif number in self.proved and settled:
                 found[change] = None
             else:
-                found[change] = Open(self.time.reason if late else self.reasons.get(number, NOT_PROVED))
+                found[change] = Open(self.limits.reason if late else self.reasons.get(number, NOT_PROVED))
         return found
 
     def _explore(self) -> None:

@@ -20,10 +20,10 @@ from exover.checks.schedule import agenda, tasks
 from exover.checks.schedule.engines import DIAGRAMS, SMALL, Engines, suited
 from exover.checks.schedule.engines import LARGE as BITS
 from exover.checks.schedule.examination import Examination
-from exover.checks.schedule.limits import NO_LIMITS, Limits, limits_from
 from exover.cli.files import read_spec
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.loopsets import LoopSets
+from exover.limits import NO_LIMITS, Limits, limits_from
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Progress
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort

@@ -21,9 +21,9 @@ from exover.checks.questions.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.schedule import agenda, workers
 from exover.checks.schedule.agenda import GROWTH, LEAST, LONGEST, MOST, Agenda, Lot, Turn
-from exover.checks.schedule.limits import Limits, limits_from
 from exover.checks.schedule.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
 from exover.engines.process import BEHIND
+from exover.limits import Limits, limits_from
 from tests.checks.work import built, silent
 from tests.support.hanging import HANG, hang
 
@@ -142,7 +142,7 @@ def test_progress_comes_through() -> None:
 LOUD = """
 import ctypes, os, sys
 from exover.checks.schedule.agenda import Agenda, Lot
-from exover.checks.schedule.limits import Limits
+from exover.limits import Limits
 from exover.checks.schedule.workers import alone, spread
 
 def work(turn, say, progress):
@@ -251,7 +251,7 @@ ORPHANS = f"""
 {HANG}
 import os, sys
 from exover.checks.schedule.agenda import Agenda, Lot
-from exover.checks.schedule.limits import Limits
+from exover.limits import Limits
 from exover.checks.schedule.workers import spread
 
 def work(turn, say, progress):

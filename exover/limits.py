@@ -1,4 +1,4 @@
-"""Limits of the checks: time, number of processes, memory of each."""
+"""Limits of a command: time, number of processes, memory of each."""
 
 import signal
 import sys

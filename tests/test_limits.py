@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import pytest
 
-from exover.checks.schedule.limits import NO_LIMITS, TimeUp, interrupted, limits_from
+from exover.limits import NO_LIMITS, TimeUp, interrupted, limits_from
 
 SOON, MUCH = 0.02, 60.0
 needs_alarms = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals for alarms")
