@@ -10,6 +10,8 @@ from pathlib import Path
 from exover import pipeline
 from exover.checks.questions import CHECKS
 from exover.checks.run import check_all
+from exover.checks.schedule.engines import DIAGRAMS
+from exover.checks.schedule.plan import CheckPlan
 from exover.source import Source
 
 
@@ -18,7 +20,8 @@ def main(path: str, *wanted: str) -> int:
     loaded = pipeline.load(Source(path, Path(path).read_text(encoding="utf-8")))
     assert loaded.model is not None
     names = wanted or [check.name for check in CHECKS if check.severity == "error"]
-    findings = check_all(pipeline.build(loaded.model).compiled, lambda what: None, asked=names).findings
+    plan = CheckPlan(names, engines=DIAGRAMS)
+    findings = check_all(pipeline.build(loaded.model).compiled, lambda what: None, plan).findings
     counts = Counter((finding.check, finding.verdict, finding.method) for finding in findings)
     for key, count in counts.items():
         seconds = sum(each.seconds for each in findings if (each.check, each.verdict, each.method) == key)

@@ -14,6 +14,7 @@ from typing import get_args
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
+from exover.checks.schedule.plan import CheckPlan
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable
@@ -233,7 +234,7 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
             built = pipeline.build(spec.model)
     except TimeUp:
         raise TimeoutError(f"{limits.reason}: it was over before the tables of {spec.name} were made") from None
-    outcome = pipeline.check(built, _quiet, properties=asked, limits=limits)
+    outcome = pipeline.check(built, _quiet, CheckPlan(properties=asked), limits=limits)
     if outcome.interrupted:
         raise KeyboardInterrupt
     found = rendering.summarise(spec.source.name, spec.model, built, outcome, ERRORS, properties=asked)

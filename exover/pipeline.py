@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from exover.checks.finding import Finding
     from exover.checks.run import Audience, CheckOutcome
     from exover.checks.schedule.answers import AnswerStore
-    from exover.checks.schedule.engines import Engines
+    from exover.checks.schedule.plan import CheckPlan
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
     from exover.limits import Limits
@@ -111,36 +111,29 @@ def build(model: Model, unchecked: bool = False) -> Build:
 def check(
     built: Build,
     progress: Callable[[str], None],
+    plan: "CheckPlan | None" = None,
     *,
-    asked: Collection[str] | None = None,
-    properties: Properties = NO_PROPERTIES,
     limits: "Limits | None" = None,
-    engines: "Engines | None" = None,
-    count: bool = False,
     audience: "Audience | None" = None,
     store: "AnswerStore | None" = None,
 ) -> "CheckOutcome":
     """Return the findings of the checks on the decoded tables, in the order of docs/checks.md.
 
-    `progress` is called with what is done now; `audience` gets each finding as soon as it is known. `asked`: the names
-    of the checks (default: all). Only runs that satisfy the assumptions of `properties` count. Traces of violated
-    findings are replayed on the emitted C before they are returned. `engines`: who answers (default: the portfolio).
-    With `count`, reachable states are counted. Answers that `store` has are taken from there.
+    `progress` is called with what is done now; `audience` gets each finding as soon as it is known. `plan`: what is
+    asked, and who answers (default: all checks, by the portfolio). Traces of violated findings are replayed on the
+    emitted C before they are returned. Answers that `store` has are taken from there.
     """
     from exover.checks.run import NOBODY, check_all
     from exover.checks.schedule.answers import NO_STORE
-    from exover.checks.schedule.engines import PORTFOLIO
+    from exover.checks.schedule.plan import CheckPlan
     from exover.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
 
     limits = limits or NO_LIMITS
     outcome = check_all(
         built.compiled,
         progress,
-        asked=asked,
-        properties=properties,
+        plan or CheckPlan(),
         limits=limits,
-        engines=engines or PORTFOLIO,
-        count=count,
         audience=audience or NOBODY,
         store=store or NO_STORE,
     )
@@ -161,23 +154,6 @@ def check(
     if outcome.settled:
         outcome.settled.keep(replayed=not outcome.note)
     return outcome
-
-
-def unanswered(
-    model: Model,
-    reason: str,
-    *,
-    asked: Collection[str] | None = None,
-    properties: Properties = NO_PROPERTIES,
-    engines: "Engines | None" = None,
-    count: bool = False,
-) -> "CheckOutcome":
-    """Return the outcome of `check` if there is no time for any check: all findings are unknown, for `reason`."""
-    from exover.checks import run
-    from exover.checks.schedule.engines import PORTFOLIO
-
-    who = engines or PORTFOLIO
-    return run.unanswered(model, reason, asked=asked, properties=properties, engines=who, count=count)
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from exover.checks.questions import CHECKS
-from exover.checks.run import check_all
 from exover.diagnostics import CODES, Diagnostic
 from exover.gate.reading import read_binding
 from exover.manual import Page, page, pages
@@ -15,6 +14,7 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load, load_properties
 from exover.report.config import read_config
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 from tests.support.small import compiled
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,7 +80,7 @@ def test_the_first_example_of_a_check_fails_it_and_the_second_passes(check: str)
 
 
 def verdicts_of(check: str, model: Model, said: Properties) -> set[str]:
-    findings = check_all(compiled(model), lambda _: None, properties=said).findings
+    findings = check_by_diagrams(compiled(model), properties=said).findings
     return {finding.verdict for finding in findings if finding.check == check}
 
 

@@ -1,21 +1,19 @@
 """All checks of a compiled model, their traces replayed on the tables."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field, replace
 from typing import Protocol
 
 from exover.checks.causes.detail import detailed
 from exover.checks.finding import Counted, Finding
-from exover.checks.questions import CHECKS
-from exover.checks.questions.property import CHECK as PROPERTY
-from exover.checks.questions.property import coherence
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
-from exover.checks.schedule.engines import DIAGRAMS, Engines, suited
+from exover.checks.schedule.engines import suited
 from exover.checks.schedule.examination import Examination
 from exover.checks.schedule.opinions import compare, contradicted, first, together, vacuous
+from exover.checks.schedule.plan import CheckPlan
 from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass
@@ -23,7 +21,6 @@ from exover.diagnostics import Severity
 from exover.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.model import Model
-from exover.model.property import NO_PROPERTIES, Properties
 from exover.ocrd.compile import Compiled
 
 
@@ -98,25 +95,22 @@ NOBODY = Nobody()
 def check_all(
     compiled: Compiled,
     progress: Progress,
+    plan: CheckPlan,
     *,
-    asked: Collection[str] | None = None,
-    properties: Properties = NO_PROPERTIES,
     limits: Limits = NO_LIMITS,
-    engines: Engines = DIAGRAMS,
-    count: bool = False,
     audience: Audience = NOBODY,
     store: AnswerStore = NO_STORE,
 ) -> CheckOutcome:
-    """Return the findings of all checks of a model and its tables, which should be decoded from the emitted bytes.
+    """Return the findings of the checks on a model and its tables, which should be decoded from the emitted bytes.
 
-    Only runs that satisfy the assumptions of `properties` count. `asked`: the names of the checks (default: all).
     Traces are runs of the reference interpreter, confirmed on the tables. `progress` receives the current question, the
     audience each finding. Without a time limit, the answers are the same for any number of jobs. Questions that are
-    open when the limits are reached or the user interrupts are `unknown`. With `count`, reachable states are counted.
-    Answers in the store are not asked for again, unless engines are compared; the outcome says what is to be stored.
-    Raises `Disagreement` if engines that are compared contradict each other.
+    open when the limits are reached or the user interrupts are `unknown`. Answers in the store are not asked for again,
+    unless engines are compared; the outcome says what is to be stored. Raises `Disagreement` if engines that are
+    compared contradict each other.
     """
-    put = tuple(questions(compiled.model, asked, properties))
+    properties, engines = plan.properties, plan.engines
+    put = tuple(plan.questions(compiled.model))
     stored = StoredLoop(compiled, properties, engines, NO_STORE if engines.compared else store)
     figures = stored.figures()
     examination = Examination(compiled, properties)
@@ -129,7 +123,7 @@ def check_all(
     known = answers.answered(put)
     left = tuple(pair for number, pair in enumerate(put) if number not in known)
     spare = limits.jobs > 1 and not engines.compared
-    runner = TaskRunner(examination, left, engines, count, limits.seconds is not None, spare)
+    runner = TaskRunner(examination, left, engines, plan.count, limits.seconds is not None, spare)
     sheet = _Sheet(runner, audience, known, figures)
     ended = _answered(sheet, limits, progress)
     reason = limits.reason if ended else INTERRUPTED
@@ -164,35 +158,11 @@ def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
     return True
 
 
-def questions(model: Model, asked: Collection[str] | None, properties: Properties) -> Iterator[tuple[Check, Question]]:
-    """Yield the questions of the checks of these names (None: of all) in the order of docs/checks.md.
-
-    Whether the assumptions contradict each other is asked in any case: if they do, all other answers are about no run.
-    Raises `ValueError` if a name is that of no check.
-    """
-    if asked is not None and (others := set(asked) - {check.name for check in CHECKS}):
-        raise ValueError(f"there is no check {', '.join(sorted(others))}")
-    for check in CHECKS:
-        chosen = asked is None or check.name in asked
-        subjects = check.subjects if chosen else coherence if check is PROPERTY else None
-        for subject, location in subjects(model, properties) if subjects else ():
-            yield check, Question(check.name, check.severity, subject, location)
-
-
-def unanswered(
-    model: Model,
-    reason: str,
-    *,
-    asked: Collection[str] | None = None,
-    properties: Properties = NO_PROPERTIES,
-    engines: Engines = DIAGRAMS,
-    count: bool = False,
-) -> CheckOutcome:
+def unanswered(model: Model, plan: CheckPlan, reason: str, interrupted: bool = False) -> CheckOutcome:
     """Return an outcome in which every question is `unknown` for this reason."""
-    put = questions(model, asked, properties)
-    findings = tuple(question.unknown(reason, engines.names[0]) for _, question in put)
-    states = Counted(None, reason) if count else None
-    return CheckOutcome(findings, states=states, interrupted=reason == INTERRUPTED)
+    findings = tuple(question.unknown(reason, plan.engines.names[0]) for _, question in plan.questions(model))
+    states = Counted(None, reason) if plan.count else None
+    return CheckOutcome(findings, states=states, interrupted=interrupted)
 
 
 @dataclass

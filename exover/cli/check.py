@@ -2,7 +2,7 @@
 
 import argparse
 import os
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import date
@@ -13,10 +13,10 @@ from time import monotonic
 from exover import __version__
 from exover.checks.causes.detail import out_of_range
 from exover.checks.finding import Finding
-from exover.checks.questions import SEVERITY
-from exover.checks.run import CheckOutcome
+from exover.checks.run import CheckOutcome, unanswered
 from exover.checks.schedule.answers import AnswerStore
-from exover.checks.schedule.engines import PORTFOLIO, Engines
+from exover.checks.schedule.engines import Engines
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.answer_cache import answers_of
 from exover.cli.arguments import outputs_of
 from exover.cli.engines import engines_of
@@ -35,7 +35,7 @@ from exover.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, build, certify, check, unanswered
+from exover.pipeline import Build, build, certify, check
 from exover.places import named_after
 from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
@@ -121,14 +121,15 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     for remark in out_of_range(model, properties):
         complain(f"exover: warning: {remark}")
     store = answers_of(arguments, arguments.spec)
-    built, outcome = decide(model, properties, limits, asked=asked, engines=engines, count=arguments.count, store=store)
+    plan = CheckPlan(asked, properties, engines, arguments.count)
+    built, outcome = decide(model, plan, limits, store)
     written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
     judged = replace(outcome, findings=_judged(outcome, policy, model))
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     summary = summarise(
-        shown(arguments.spec), model, built, judged, counted, arguments.bounds, properties, skipped(asked)
+        shown(arguments.spec), model, built, judged, counted, arguments.bounds, properties, plan.skipped
     )
     status = _status(arguments, summary, built, written, outcome.interrupted)
     return Examined(summary, status, source, built, len(outcome.recalled))
@@ -154,11 +155,6 @@ def _status(
     if exceeded or summary.verdict == "violated":
         return ExitStatus.VIOLATED
     return written or STATUS[summary.verdict]
-
-
-def skipped(asked: Collection[str] | None) -> tuple[str, ...]:
-    """Return the checks that are not asked."""
-    return () if asked is None else tuple(name for name in SEVERITY if name not in asked)
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
@@ -190,40 +186,22 @@ def too_late(arguments: argparse.Namespace, limits: Limits) -> ExitStatus:
 
 
 def decide(
-    model: Model,
-    properties: Properties,
-    limits: Limits,
-    *,
-    asked: Collection[str] | None = None,
-    engines: Engines = PORTFOLIO,
-    count: bool = False,
-    store: AnswerStore | None = None,
+    model: Model, plan: CheckPlan, limits: Limits, store: AnswerStore | None = None
 ) -> tuple[Build | None, CheckOutcome]:
     """Return the tables of a model, None if the time is over before, and the outcome of the checks.
 
     Questions that `store` has an answer to are not asked.
     """
-    without = partial(unanswered, model, asked=asked, properties=properties, engines=engines, count=count)
     with Live() as progress:
         try:
             with interrupted(limits):
                 progress("tables")
                 built = build(model)
         except TimeUp:
-            return None, without(limits.reason)
+            return None, unanswered(model, plan, limits.reason)
         except KeyboardInterrupt:
-            return None, without(INTERRUPTED)
-        outcome = check(
-            built,
-            progress,
-            asked=asked,
-            properties=properties,
-            limits=limits,
-            engines=engines,
-            count=count,
-            audience=progress,
-            store=store,
-        )
+            return None, unanswered(model, plan, INTERRUPTED, interrupted=True)
+        outcome = check(built, progress, plan, limits=limits, audience=progress, store=store)
         progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
@@ -99,7 +100,7 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
         def judged(built: Build, properties: Properties, share: Limits) -> Collection[Finding]:
             if not properties.properties:
                 return ()
-            outcome = check(built, progress, asked=("property",), properties=properties, limits=share, engines=engines)
+            outcome = check(built, progress, CheckPlan(("property",), properties, engines), limits=share)
             if outcome.interrupted:
                 raise KeyboardInterrupt
             return outcome.findings

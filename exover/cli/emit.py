@@ -6,6 +6,7 @@ from contextlib import nullcontext
 
 from exover.checks.questions import SEVERITY
 from exover.checks.questions.choice import ERRORS, asked
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
@@ -47,7 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
             _, model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, asked=asked(ERRORS, SEVERITY), engines=portfolio())
+    plan = CheckPlan(asked(ERRORS, SEVERITY), properties, portfolio())
+    built, outcome = decide(model, plan, limits)
     summary = summarise(shown(arguments.spec), model, built, outcome, COUNTED, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())

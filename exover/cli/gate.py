@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from time import monotonic
 
 from exover.checks.questions import SEVERITY
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_source, read_spec, refuse_twice, standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out, unwaited_complaints
@@ -100,7 +101,7 @@ def _client() -> tuple[int, int]:
 def _safe(built: Build, spec: str) -> bool:
     """Return whether the checks whose violation is an error, but `property`, hold; complain of those that do not."""
     errors = [name for name, severity in SEVERITY.items() if severity == "error" and name != "property"]
-    outcome = check(built, lambda _: None, asked=errors)
+    outcome = check(built, lambda _: None, CheckPlan(errors))
     wrong = [found for found in outcome.findings if found.verdict != "holds" and found.severity == "error"]
     for found in wrong:
         complain(f"exover gate: {found.check} {found.subject}: {found.verdict}")

@@ -2,6 +2,7 @@
 
 import argparse
 
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import ExitStatus
@@ -35,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: ProgressLine) -> dict[str, Verdict]:
     if not asked:
         return {}
-    outcome = check(old, progress, asked=("property",), properties=Properties(asked), limits=limits)
+    outcome = check(old, progress, CheckPlan(("property",), Properties(asked)), limits=limits)
     if outcome.interrupted:
         raise KeyboardInterrupt
     return {finding.subject: finding.verdict for finding in outcome.findings}

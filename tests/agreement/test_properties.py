@@ -7,7 +7,6 @@ from random import Random
 import pytest
 
 from exover.checks.questions import starvation
-from exover.checks.run import check_all
 from exover.model.model import NOWHERE, Model
 from exover.model.property import (
     NO_PROPERTIES,
@@ -19,6 +18,7 @@ from exover.model.property import (
 )
 from tests.support import explicit_ctl, explicit_ltl
 from tests.support.constructs import seldom
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.moments import looked_at
@@ -152,7 +152,7 @@ def test_other_checks_look_only_at_what_is_assumed(seed: int) -> None:
     graph = explore(looked_at(made.model, conditions), 2 * MOST_STATES, 4 * MOST_STEPS)
     word = Word(made.model, graph.states, [frozenset()] * len(graph.states), [], None)
     allowed = set.intersection(*(word.where(each.formula) for each in assumptions))
-    findings = check_all(made, lambda what: None, properties=Properties((), assumptions)).findings
+    findings = check_by_diagrams(made, properties=Properties((), assumptions)).findings
     wanted = verdicts(assumed(graph, allowed, made.model))
     left = ("safety", "completeness", "reachability", "deadlock", "obligation", "rule-use", "lockout")
     found = {(each.check, each.subject): each.verdict for each in findings if each.check in left}

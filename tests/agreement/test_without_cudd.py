@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.run import check_all
 from exover.cli.files import read_spec
 from exover.engines.bdd import python_manager
 from tests.support import explicit_ctl, explicit_ltl, property_cases
 from tests.support.command import environment
 from tests.support.constructs import seldom
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.oracle import explore
 from tests.support.small import compiled, differences, findings_of, small_spec_of
@@ -67,11 +67,11 @@ def test_a_spec_has_the_verdicts_that_cudd_finds(
     path: Path, managers: list[object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = compiled(read_spec(str(path)))
-    without = check_all(made, lambda what: None, count=True)
+    without = check_by_diagrams(made, count=True)
     assert managers
     monkeypatch.undo()
     known = len(managers)
-    found = check_all(made, lambda what: None, count=True)
+    found = check_by_diagrams(made, count=True)
     assert len(managers) == known
     assert [(each.check, each.subject, each.verdict) for each in without.findings] == [
         (each.check, each.subject, each.verdict) for each in found.findings

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from exover.checks.questions.property import VACUOUS
-from exover.checks.run import check_all
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 
 BLOCK = re.compile(r"^```(exo|prop)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 EXPECTED = re.compile(r"property (\w+).*// (holds|violated|vacuous)(?: (\d+)(?: (\d+))?)?$")
@@ -52,7 +52,7 @@ def test_what_is_found_is_what_is_written(case: Case) -> None:
     loaded = load_properties(Source("case.prop", case.properties), model)
     assert loaded.properties is not None, loaded.diagnostics
     lines = dict(enumerate(case.properties.splitlines(), 1))
-    findings = check_all(build(model).compiled, lambda what: None, properties=loaded.properties).findings
+    findings = check_by_diagrams(build(model).compiled, properties=loaded.properties).findings
     vacuous = {found.subject for found in findings if (found.check, found.verdict) == ("vacuity", "violated")}
     found = [each for each in findings if each.check == "property"]
     assert [each.subject for each in found] == [each.name for each in loaded.properties.properties]

@@ -13,11 +13,11 @@ import pytest
 from exover.certificate.check import Checker, SolverGaveUp
 from exover.certificate.table import HEADER, Refused, decode
 from exover.certificate.verify import Unreadable, Verified, read, verify
-from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.packing import pack
 from exover.pipeline import Build, build, claimed
 from exover.proofs.certify import certificate, render
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
 SPEC = """spec demo;
@@ -40,7 +40,7 @@ def built() -> Build:
 
 @pytest.fixture(scope="module")
 def made(built: Build) -> Json:
-    outcome = check_all(built.compiled, lambda what: None)
+    outcome = check_by_diagrams(built.compiled)
     return certificate(built.compiled, built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None)
 
 
@@ -97,7 +97,7 @@ def _with_flags(data: bytes, flags: int) -> bytes:
 
 
 def test_the_same_findings_give_the_same_bytes(built: Build, made: Json) -> None:
-    outcome = check_all(built.compiled, lambda what: None)
+    outcome = check_by_diagrams(built.compiled)
     again = certificate(built.compiled, built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None)
     assert render(again) == render(made)
 

@@ -10,10 +10,10 @@ from exover.certificate.check import Checker
 from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.certificate.verify import read, verify
-from exover.checks.run import check_all
 from exover.pipeline import Build, build, claimed, load_properties
 from exover.proofs.certify import certificate, render
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
 SPEC = """spec endless;
@@ -60,7 +60,7 @@ def properties_of(built: Build, text: str = FILE) -> Any:
 @pytest.fixture(scope="module")
 def made(built: Build) -> Json:
     properties = properties_of(built)
-    findings = check_all(built.compiled, lambda what: None, properties=properties).findings
+    findings = check_by_diagrams(built.compiled, properties=properties).findings
     return certificate(built.compiled, built.data, findings, properties, "0", lambda what: None)
 
 

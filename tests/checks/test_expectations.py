@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from exover.checks.finding import Finding
-from exover.checks.run import check_all
 from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build, load
 from exover.source import Source
 from exover.syntax.decode import decode
+from tests.support.diagrams import check_by_diagrams
 from tests.support.expected import expected
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +24,7 @@ def findings_of(path: Path) -> tuple[Finding, ...]:
     assert isinstance(source, Source)
     model = load(source).model
     assert model is not None
-    return check_all(build(model).compiled, lambda what: None).findings
+    return check_by_diagrams(build(model).compiled).findings
 
 
 @pytest.mark.parametrize("path", SPECS, ids=[path.stem for path in SPECS])

@@ -9,6 +9,7 @@ from exover.checks.questions import property as property_check
 from exover.checks.questions import starvation
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import Engines
+from exover.checks.schedule.plan import CheckPlan
 from exover.loop.claim import Claim
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.expression import Status
@@ -179,7 +180,9 @@ def test_what_a_monitor_of_aig_has_guessed_is_left_out() -> None:
     said = "for s; property q: ctl AG (active(m.a) -> A [active(m.a) W ended(m.b)]);"
     properties = load_properties(Source("s.prop", said), model).properties
     assert properties is not None
-    findings = check_all(compiled(model), lambda what: None, properties=properties, engines=Engines(("aig",))).findings
+    findings = check_all(
+        compiled(model), lambda what: None, CheckPlan(properties=properties, engines=Engines(("aig",)))
+    ).findings
     (trace,) = (each.trace for each in findings if each.check == "property")
     assert trace is not None and len(trace.moments) == 3
 

@@ -3,9 +3,9 @@
 import pytest
 
 from exover.checks.finding import Finding
-from exover.checks.run import check_all
 from exover.pipeline import build, load
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 
 LIMITED = """spec limited;
 poster limit: real in 0 .. 2 = 1;
@@ -24,7 +24,7 @@ module m { request go() { check ahead: near < far; fail close: when near >= far;
 def findings_of(text: str) -> dict[tuple[str, str], Finding]:
     model = load(Source("s.exo", text)).model
     assert model is not None
-    found = check_all(build(model).compiled, lambda what: None).findings
+    found = check_by_diagrams(build(model).compiled).findings
     return {(finding.check, finding.subject): finding for finding in found}
 
 

@@ -4,6 +4,7 @@ import pytest
 
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import EngineName
+from exover.checks.schedule.plan import CheckPlan
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import every_engine
@@ -29,9 +30,7 @@ def test_a_run_of_no_step_shows_what_is_false_at_the_start_and_ltl_has_a_lasso(n
     properties = load_properties(Source("s.prop", PROPERTIES), model).properties
     assert properties is not None
     asked = {"consistency", "property"}
-    outcome = check_all(
-        compiled(model), lambda _: None, asked=asked, properties=properties, engines=every_engine((name,))
-    )
+    outcome = check_all(compiled(model), lambda _: None, CheckPlan(asked, properties, every_engine((name,))))
     runs = {each.subject: each.trace for each in outcome.findings}
     assert {each.verdict for each in outcome.findings} == {"violated"}
     for subject in ("f", "never_so", "always_so", "all_so"):

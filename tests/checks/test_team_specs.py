@@ -19,6 +19,7 @@ from exover.checks.finding import Finding
 from exover.checks.questions import CHECKS
 from exover.checks.run import NOBODY, Audience, Nobody, check_all
 from exover.checks.schedule.engines import PORTFOLIO, Engines
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_properties, read_spec
 from exover.engines.aig import abc
 from exover.engines.process import NotRunnable
@@ -27,6 +28,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build
 from tests.checks.work import silent
+from tests.support.diagrams import check_by_diagrams
 from tests.support.expected import expected
 
 SPECS = [Path(__file__).parents[1] / "specs" / f"{name}.exo" for name in TEAMS]
@@ -73,9 +75,8 @@ def test_a_spec_has_the_findings_that_are_expected(path: Path) -> None:
     limits = limits_from(monotonic(), JOBS, SECONDS)
     made = build(model).compiled
     audience: Audience = NOBODY if WHOLE else Asker()
-    found = check_all(
-        made, silent, asked=ASKED, properties=properties, limits=limits, engines=engines(), audience=audience
-    ).findings
+    plan = CheckPlan(ASKED, properties, engines())
+    found = check_all(made, silent, plan, limits=limits, audience=audience).findings
     wanted = expected(path)
 
     unanswered = {(finding.check, finding.subject) for finding in found if finding.verdict == "unknown"}
@@ -95,7 +96,7 @@ def test_a_spec_has_the_findings_that_are_expected(path: Path) -> None:
 
 @pytest.mark.parametrize("path", SPECS, ids=TEAMS)
 def test_the_tables_of_a_spec_hold_and_it_starts_consistent(path: Path) -> None:
-    found = check_all(build(read_spec(str(path))).compiled, silent, asked=APART).findings
+    found = check_by_diagrams(build(read_spec(str(path))).compiled, APART).findings
     assert {finding.check for finding in found} == APART
     assert {finding.verdict for finding in found} == {"holds"}
 

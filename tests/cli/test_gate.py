@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from exover.checks.finding import Counted
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.check import decide
 from exover.cli.policy import find_config
 from exover.limits import Limits
-from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load
 from exover.source import Source
 from tests.cli.processes import ENDLESS, gone, in_session
@@ -119,7 +119,7 @@ def test_the_time_limit_is_kept_and_nobody_is_left(spec, tmp_path, jobs):
 def test_no_time_to_make_the_tables():
     model = load(Source("demo.exo", SPEC)).model
     assert model is not None
-    built, outcome = decide(model, NO_PROPERTIES, Limits(1, 3.0, deadline=time.monotonic() - 1), count=True)
+    built, outcome = decide(model, CheckPlan(count=True), Limits(1, 3.0, deadline=time.monotonic() - 1))
     assert built is None
     assert outcome.states == Counted(None, "time limit of 3 s")
     assert {(f.verdict, f.message) for f in outcome.findings} == {("unknown", "time limit of 3 s")}

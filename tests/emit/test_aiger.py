@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from exover.checks.schedule.engines import DIAGRAMS
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.main import main
 from exover.engines.aig import abc
 from exover.engines.aig.aiger import Document
@@ -77,7 +78,7 @@ def test_what_abc_finds_is_what_the_checks_say(tmp_path: Path) -> None:
     assert model is not None
     properties = load_properties(Source("s.prop", PROPERTIES), model).properties
     assert properties is not None
-    findings = check(build(model), lambda _: None, properties=properties, engines=DIAGRAMS).findings
+    findings = check(build(model), lambda _: None, CheckPlan(properties=properties, engines=DIAGRAMS)).findings
     said = {f"{each.check}.{each.subject}".replace(" ", "-"): each.verdict == "holds" for each in findings}
     simple = {name: text for name, text in meanings(document).items() if text.startswith("it ")}
     assert {name: (name in reached) == (text == "it can be reached") for name, text in simple.items()} == {
@@ -132,7 +133,7 @@ def test_justice_properties_are_satisfied_iff_the_checks_say_so(tmp_path: Path) 
     assert model is not None
     properties = load_properties(Source("s.prop", ENDLESS), model).properties
     assert properties is not None
-    findings = check(build(model), lambda _: None, properties=properties, engines=DIAGRAMS).findings
+    findings = check(build(model), lambda _: None, CheckPlan(properties=properties, engines=DIAGRAMS)).findings
     verdicts = {f"{f.check}.{f.subject}": f.verdict for f in findings}
     assert {name: "violated" if lasso else "holds" for name, lasso in found.items()} == {
         name: verdict for name, verdict in verdicts.items() if name in found

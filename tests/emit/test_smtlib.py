@@ -9,7 +9,6 @@ from time import monotonic
 import pytest
 
 from exover.checks.questions import claims
-from exover.checks.run import check_all
 from exover.cli.main import main
 from exover.emit import smtlib
 from exover.engines.smt.ag_ef import AlwaysPossible
@@ -19,6 +18,7 @@ from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.command import Run, environment
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -90,7 +90,7 @@ def asked(spec: str, properties: str = "") -> tuple[str, dict[str, str]]:
         assumed = loaded
     said = tuple(claims(made.model, assumed))
     (artefact,) = smtlib.emit(made, assumed, said)
-    findings = check_all(made, lambda what: None, properties=assumed).findings
+    findings = check_by_diagrams(made, properties=assumed).findings
     return artefact.content.decode(), {f"{each.check} {each.subject}": each.verdict for each in findings}
 
 

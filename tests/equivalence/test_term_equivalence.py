@@ -9,6 +9,7 @@ import pytest
 
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import PORTFOLIO
+from exover.checks.schedule.plan import CheckPlan
 from exover.engines.smt.solver import Clock, Prover
 from exover.equivalence.engine import Z3
 from exover.equivalence.record_equivalence import kinds_of_events
@@ -96,7 +97,7 @@ def test_no_damage_is_missed_that_changes_a_decision(seed: int) -> None:
 def test_sums_and_large_ranges_are_exact() -> None:
     """No set of states is made where they are more than diagrams are for; and the least change of a bound is found."""
     made = compiled(model_of(LARGE))
-    outcome = check_all(made, lambda what: None, asked=["tables"], engines=PORTFOLIO)
+    outcome = check_all(made, lambda what: None, CheckPlan(["tables"], engines=PORTFOLIO))
     said = {(each.verdict, each.engine) for each in outcome.findings if each.check == "tables"}
     assert said == {("holds", "bdd")}
     nodes, tested = made.tables.nodes, 0

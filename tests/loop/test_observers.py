@@ -2,13 +2,13 @@
 
 import gc
 
-from exover.checks.run import check_all
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import compile_model
 from exover.pipeline import build, load_properties
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import DIGEST, model_of
 
 SPEC = """spec s;
@@ -46,7 +46,7 @@ def test_no_set_is_left_in_a_circle_of_references() -> None:
     gc.collect()
     gc.disable()
     try:
-        check_all(compiled, lambda what: None, properties=properties)
+        check_by_diagrams(compiled, properties=properties)
         gc.set_debug(gc.DEBUG_SAVEALL)
         gc.collect()
         left = {type(each).__name__ for each in gc.garbage}

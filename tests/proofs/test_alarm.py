@@ -5,7 +5,6 @@ from time import process_time
 
 import pytest
 
-from exover.checks.run import check_all
 from exover.engines.bdd.analysis import Analysis
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import build
@@ -13,6 +12,7 @@ from exover.proofs import search
 from exover.proofs.alarm import Late, bounded
 from exover.proofs.certify import SECONDS_EACH, certificate
 from exover.proofs.operators import LATE
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
 SPEC = """spec late;
@@ -36,7 +36,7 @@ def test_what_is_done_in_time_is_not_ended() -> None:
 
 def test_what_takes_too_long_has_no_proof_and_the_rest_has(monkeypatch: pytest.MonkeyPatch) -> None:
     made = build(model_of(SPEC))
-    findings = check_all(made.compiled, lambda what: None).findings
+    findings = check_by_diagrams(made.compiled).findings
 
     def endless(*given: object) -> Analysis:
         while True:

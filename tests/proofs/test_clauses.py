@@ -11,7 +11,6 @@ import pytest
 from exover.certificate.check import Checker
 from exover.certificate.table import Refused, decode
 from exover.certificate.verify import read, verify
-from exover.checks.run import check_all
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid
@@ -26,6 +25,7 @@ from exover.proofs.clauses import Clauses, pieces
 from exover.proofs.runs import RunWriter
 from exover.proofs.statement import Statement, Unsaid
 from tests.proofs.runs import REALS, steps
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -117,7 +117,7 @@ def built() -> Build:
 
 @pytest.fixture(scope="module")
 def made(built: Build) -> Json:
-    findings = check_all(built.compiled, lambda what: None).findings
+    findings = check_by_diagrams(built.compiled).findings
     asked = [each for each in findings if each.check not in ("tables", "redundancy", "idle-guard")]
     return certificate(built.compiled, built.data, asked, NO_PROPERTIES, "0", lambda what: None)
 

@@ -8,11 +8,11 @@ import pytest
 
 from exover.certificate.table import Refused
 from exover.certificate.verify import read, verify
-from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import Build, build
 from exover.proofs import prove
 from exover.proofs.certify import certificate, render
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
 SPEC = """spec closed;
@@ -34,7 +34,7 @@ def built() -> Build:
 @pytest.fixture(scope="module")
 def made(built: Build) -> Json:
     """Return a certificate, made where no clauses are known that exclude anything."""
-    findings = check_all(built.compiled, lambda what: None).findings
+    findings = check_by_diagrams(built.compiled).findings
     kept = [each for each in findings if each.check in ("reachability", "deadlock", "lockout", "starvation")]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(prove, "invariant_clauses", lambda *asked: None)

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from exover.certificate.verify import Verified, read, verify
-from exover.checks.run import check_all
 from exover.pipeline import build, claimed
 from exover.proofs.certify import certificate, render
 from exover.proofs.operators import ONE_MOMENT
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.small import small_spec_of
@@ -31,7 +31,7 @@ UNSAID = {
 def verified(seed: int) -> Verified:
     built = build(model_of(small_spec_of(seed)))
     properties = Formulas(Random(seed), built.model).properties(3, 2)
-    findings = check_all(built.compiled, lambda what: None, properties=properties).findings
+    findings = check_by_diagrams(built.compiled, properties=properties).findings
     made = certificate(built.compiled, built.data, findings, properties, "0", lambda what: None)
     return verify(built.data, read(render(made)), claimed(built.model, properties), 20)
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.run import check_all
 from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
@@ -24,6 +23,7 @@ from exover.report.recorded import Recorded, UnreadableReport, choose, read, ret
 from exover.report.story import Story, story_lines, story_of
 from exover.report.summary import ERRORS
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 
 ROOT = Path(__file__).parents[2]
 VIOLATIONS = sorted((ROOT / "specs" / "violations").glob("*.exo"))
@@ -130,7 +130,7 @@ mutex x: m.b over m.a else wait; mutex y: m.b, m.c by wait;"""
 def test_every_trace_of_the_violations_is_told_in_every_format(path: Path) -> None:
     model = model_of(path.read_text(encoding="utf-8"), str(path))
     built = build(model)
-    outcome = check_all(built.compiled, lambda what: None)
+    outcome = check_by_diagrams(built.compiled)
     report = json_report.render(summarise(str(path), model, built, outcome, ERRORS))
     found = read(report)
     assert len(found) == sum(finding.trace is not None for finding in outcome.findings) > 0

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from random import Random
 
 from exover.checks.finding import Finding
-from exover.checks.run import questions
 from exover.checks.schedule.agenda import Agenda
 from exover.checks.schedule.engines import EngineName, Engines
 from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.plan import CheckPlan
 from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone
 from exover.engines.smv.program import find
@@ -86,7 +86,7 @@ def agreed(seed: int, engines: Engines) -> Agreed:
 def _judged(
     made: Compiled, properties: Properties, engines: Engines
 ) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
-    asked = tuple(questions(made.model, None, properties))
+    asked = tuple(CheckPlan(properties=properties).questions(made.model))
     runner = TaskRunner(Examination(made, properties), asked, engines)
     lots = [lot for place, name in enumerate(engines.names) for lot in runner._lots(name, place * len(asked))]
     answers: dict[int, Finding] = {}

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from exover.checks.schedule.plan import CheckPlan
 from exover.pipeline import Build, Loaded, build, check, load
 from exover.rendering import look, summarise
 from exover.report.summary import ERRORS
@@ -79,7 +80,7 @@ def built(path: Path) -> tuple[Loaded, Build]:
 def report(path: Path, folder: Path, checked: bool = True) -> Path:
     """Write the report of a spec into a folder and return its path; if it is not `checked`, there are no findings."""
     loaded, made = built(path)
-    outcome = check(made, lambda _: None, asked=None if checked else ())
+    outcome = check(made, lambda _: None, CheckPlan(None if checked else ()))
     summary = summarise(str(path), made.model, made, outcome, ERRORS)
     file = folder / f"{path.stem}.html"
     file.write_text(look(summary, loaded.source, made), encoding="utf-8")

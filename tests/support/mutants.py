@@ -18,7 +18,6 @@ from typing import Any
 from exover.certificate.check import SolverGaveUp
 from exover.certificate.table import Refused
 from exover.certificate.verify import verify
-from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import packing
 from exover.ocrd import tables as t
@@ -29,6 +28,7 @@ from exover.pipeline import Build, build
 from exover.proofs.bytes import UndecidedBytes, differences
 from exover.proofs.certify import certificate
 from exover.run.simulate import simulate
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.small import small_spec_of
@@ -61,7 +61,7 @@ class Subject:
     @cached_property
     def certificate(self) -> dict[str, Any]:
         """The certificate of the sound tables."""
-        outcome = check_all(self.built.compiled, lambda what: None)
+        outcome = check_by_diagrams(self.built.compiled)
         return certificate(
             self.built.compiled, self.built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None
         )

@@ -1,5 +1,6 @@
 """What `exover swap` asks of OLD, answered as the command does."""
 
+from exover.checks.schedule.plan import CheckPlan
 from exover.limits import Limits
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, check
@@ -12,7 +13,7 @@ def proved(old: Build) -> AskProperties:
     def ask(asked: tuple[Property, ...]) -> dict[str, str]:
         if not asked:
             return {}
-        outcome = check(old, lambda _: None, asked=("property",), properties=Properties(asked), limits=Limits(jobs=1))
+        outcome = check(old, lambda _: None, CheckPlan(("property",), Properties(asked)), limits=Limits(jobs=1))
         return {finding.subject: finding.verdict for finding in outcome.findings}
 
     return ask  # type: ignore[return-value]

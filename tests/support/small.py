@@ -4,11 +4,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.checks.run import check_all
 from exover.model.model import Model
 from exover.model.types import Bool, Enum, Int, Real
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.packing import decode, pack
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import DIGEST
 from tests.support.generate import random_spec
 from tests.support.oracle import Graph, verdicts
@@ -39,7 +39,7 @@ def compiled(model: Model) -> Compiled:
 
 def findings_of(made: Compiled) -> tuple[Finding, ...]:
     """Return what the checks say, starvation apart: what it says is compared where runs without end are."""
-    return tuple(each for each in check_all(made, lambda phase: None).findings if each.check != "starvation")
+    return tuple(each for each in check_by_diagrams(made).findings if each.check != "starvation")
 
 
 def differences(graph: Graph, findings: Iterable[Finding]) -> Differences:

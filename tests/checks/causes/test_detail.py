@@ -13,6 +13,7 @@ from exover.checks.questions.question import Question
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import DIAGRAMS, Engines
 from exover.checks.schedule.opinions import contradicted
+from exover.checks.schedule.plan import CheckPlan
 from exover.loop.claim import CONTRADICTION
 from exover.model.event import Observe
 from exover.model.model import NOWHERE
@@ -54,7 +55,7 @@ def found(
         assert isinstance(loaded.properties, Properties), loaded.diagnostics
         read = loaded.properties
     checks = None if asked is None else {asked}
-    findings = check_all(compiled(model), lambda phase: None, asked=checks, properties=read, engines=engines).findings
+    findings = check_all(compiled(model), lambda phase: None, CheckPlan(checks, read, engines)).findings
     return {(each.check, each.subject): each for each in findings}
 
 

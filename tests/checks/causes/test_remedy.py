@@ -2,7 +2,7 @@
 
 import pytest
 
-from exover.checks.run import check_all
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled
 
@@ -30,7 +30,7 @@ ADVICE = [
 @pytest.mark.parametrize(("rule", "advice"), ADVICE)
 def test_the_remedy_to_add_is_told_and_mends_the_rule(rule: str, advice: str) -> None:
     def found(text: str) -> dict[str, tuple[str, str]]:
-        findings = check_all(compiled(model_of(text)), lambda phase: None, asked={"completeness"}).findings
+        findings = check_by_diagrams(compiled(model_of(text)), {"completeness"}).findings
         return {each.check: (each.verdict, each.message) for each in findings if each.subject == "f"}
 
     verdict, message = found(WORLD + rule)["completeness"]

@@ -8,11 +8,11 @@ from exover.checks.causes.detail import detailed
 from exover.checks.causes.shadowing import Shadows, WithoutRules
 from exover.checks.questions.redundancy import VIOLATED as NEEDLESS
 from exover.checks.questions.rule_use import VIOLATED
-from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.pipeline import load_properties
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -31,7 +31,7 @@ DEAD = [
 
 @pytest.mark.parametrize(("rules", "first"), DEAD)
 def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> None:
-    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(HEAD + rules))).findings
     (message,) = (each.message for each in findings if each.check == "rule-use" and each.verdict == "violated")
     causes = (
         f"where it would, `{first}` decides" if first else "`wind > 60` is false whatever happens: wind lies in 0 .. 60"
@@ -48,7 +48,7 @@ def test_rules_of_which_each_is_enough_to_decide_first_are_all_named() -> None:
     request turn() { check upright: pose == stand; wait still: until not active(g.walk); }
 }
 mutex motion: g.walk, g.turn;"""
-    findings = check_all(compiled(model_of(spec)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(spec))).findings
     said = {each.subject: each.message for each in findings if each.check == "rule-use" and each.verdict == "violated"}
     cause = "where it would, `g.turn.upright` decides, and without it `motion`"
     assert said == {"g.turn.still": f"it never acts: {cause}; correct it or take it out"}
@@ -75,7 +75,7 @@ request b() { interrupts m.a; } } forbid x1: active(m.a) and not h by wait;"""
 def test_a_rule_that_keeps_what_waits_waiting_is_not_told_to_be_idle(
     clause: str, rules: str, name: str, told: str
 ) -> None:
-    findings = check_all(compiled(model_of(KEEPS.replace("CLAUSE", clause) + rules)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(KEEPS.replace("CLAUSE", clause) + rules))).findings
     said = {each.subject: each.message for each in findings if each.check == "rule-use" and each.verdict == "violated"}
     assert said[name].startswith(SILENT)
     assert f"; where an answer would name it, `x1`{told}" in said[name]
@@ -96,7 +96,7 @@ REDUNDANT = [
 
 @pytest.mark.parametrize(("rules", "told"), REDUNDANT)
 def test_what_decides_in_the_place_of_a_redundant_rule_is_named(rules: str, told: dict[str, str]) -> None:
-    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(HEAD + rules))).findings
     dead = {each.subject for each in findings if each.check == "rule-use" and each.verdict == "violated"}
     messages = {e.subject: e.message for e in findings if e.check == "redundancy" and e.verdict == "violated"}
     assert messages.keys() - dead == told.keys()
@@ -108,7 +108,7 @@ def test_what_decides_in_the_place_of_a_redundant_rule_is_named(rules: str, told
 def test_nothing_is_looked_for_when_the_time_is_over() -> None:
     rules, _ = DEAD[0]
     model = model_of(HEAD + rules)
-    findings = check_all(compiled(model), lambda phase: None, asked={"rule-use"}).findings
+    findings = check_by_diagrams(compiled(model), {"rule-use"}).findings
     plain = [replace(each, message=VIOLATED if each.verdict == "violated" else each.message) for each in findings]
     violated = [each for each in plain if each.verdict == "violated"]
     advice = "correct it, or take it out if `idle-guard` finds it idle"
@@ -130,7 +130,7 @@ NEVER = [
 
 @pytest.mark.parametrize(("rules", "told"), NEVER)
 def test_what_decides_where_a_request_is_asked_that_is_never_launched_is_named(rules: str, told: str) -> None:
-    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(HEAD + rules))).findings
     (message,) = (each.message for each in findings if each.check == "reachability" and each.verdict == "violated")
     there = " would be launched there" if "without" in told else ""
     first, _, rest = message.partition("; it is kept from a launch by ")
@@ -153,7 +153,7 @@ def test_what_decides_where_a_request_is_asked_that_is_never_launched_is_named(r
     ],
 )
 def test_what_keeps_a_waiting_request_from_a_launch_is_told_of_what_waits(spec: str, told: str) -> None:
-    findings = check_all(compiled(model_of(spec)), lambda phase: None).findings
+    findings = check_by_diagrams(compiled(model_of(spec))).findings
     (message,) = (e.message for e in findings if (e.check, e.subject, e.verdict) == ("reachability", "m.a", "violated"))
     assert message == f"no run launches the request; it is kept from a launch by {told}"
 
@@ -248,5 +248,5 @@ def messages(spec: str, assumed: str, check: str, subject: str) -> list[str]:
     model = model_of(spec)
     properties = load_properties(Source("s.prop", f"for s; assume {assumed};"), model).properties
     assert properties is not None
-    findings = check_all(compiled(model), lambda phase: None, properties=properties).findings
+    findings = check_by_diagrams(compiled(model), properties=properties).findings
     return [e.message for e in findings if (e.check, e.subject, e.verdict) == (check, subject, "violated")]

@@ -2,12 +2,12 @@
 
 import pytest
 
-from exover.checks.run import check_all
 from exover.model.event import Ask
 from exover.model.expression import Status
 from exover.model.model import NOWHERE
 from exover.model.property import NO_PROPERTIES, TRUE, Assumption, Atom, Conjunction, Happened, Negation, Properties
 from exover.ocrd.compile import Compiled
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -26,7 +26,7 @@ def while_active(state: str) -> str:
 
 
 def verdicts_of(made: Compiled, properties: Properties = NO_PROPERTIES) -> Verdicts:
-    findings = check_all(made, lambda what: None, asked=ASKED, properties=properties).findings
+    findings = check_by_diagrams(made, ASKED, properties=properties).findings
     return {(each.check, each.subject): each.verdict for each in findings}
 
 
@@ -126,7 +126,7 @@ def test_another_kill_is_a_change() -> None:
 
 def test_a_short_run_is_shown_where_there_is_one() -> None:
     text = "spec s; module m { request a(); request b(); request c(); } limit x: at most 2 of m.a, m.b, m.c;"
-    findings = check_all(compiled(model_of(text)), lambda what: None).findings
+    findings = check_by_diagrams(compiled(model_of(text))).findings
     (found,) = (each for each in findings if each.check == "redundancy")
     assert found.method == "witness"
     assert found.trace is not None
@@ -211,7 +211,7 @@ def test_of_a_level_that_no_table_tests_diagrams_know_nothing() -> None:
         module m { request b() { consumes f 2; } } resource f: 2 consumable by wait;""")
     )
     assumed = Properties((), (Assumption(Negation(Happened("rejected", "m.b")), NOWHERE),))
-    findings = check_all(made, lambda what: None, asked={"redundancy"}, properties=assumed).findings
+    findings = check_by_diagrams(made, {"redundancy"}, properties=assumed).findings
     assert [(each.verdict, each.message) for each in findings if each.check == "redundancy"] == [
         ("unknown", "the level of `f`, which no table tests, is not followed")
     ]

@@ -4,6 +4,7 @@ import pytest
 
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import Engines
+from exover.checks.schedule.plan import CheckPlan
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import every_engine
@@ -34,7 +35,7 @@ def test_a_launch_rule_that_is_tried_is_in_use(clause: str, extra: str, verdict:
     made = compiled(model_of(FENCE.replace("CLAUSE", clause).replace("EXTRA", extra)))
     assert verdicts(explore(made.model, 1000, 10_000))["rule-use", "stop"] == verdict
     engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
-    findings = check_all(made, lambda what: None, engines=engines).findings
+    findings = check_all(made, lambda what: None, CheckPlan(engines=engines)).findings
     (found,) = (each for each in findings if (each.check, each.subject) == ("rule-use", "stop"))
     assert found.verdict == verdict
     assert found.engine.split("+") == list(engines.names)
@@ -50,5 +51,5 @@ def test_a_refusal_that_is_not_answered_again_is_one() -> None:
     properties = load_properties(Source("s.prop", text), made.model).properties
     assert properties is not None
     engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
-    findings = check_all(made, lambda what: None, properties=properties, engines=engines).findings
+    findings = check_all(made, lambda what: None, CheckPlan(properties=properties, engines=engines)).findings
     assert {each.subject: each.verdict for each in findings if each.check == "property"}["refused"] == "holds"

@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from exover.checks.finding import Finding
-from exover.checks.run import CheckOutcome, check_all
+from exover.checks.run import CheckOutcome
 from exover.checks.schedule.tasks import TaskRunner
 from exover.model.property import Properties
 from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
-from tests.checks.work import silent
+from tests.support.diagrams import check_by_diagrams
 from tests.support.edits import edited
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
@@ -73,7 +73,7 @@ def put(monkeypatch: pytest.MonkeyPatch) -> list[Key]:
 
 
 def asked(made: Compiled, properties: Properties, store: Kept) -> CheckOutcome:
-    outcome = check_all(made, silent, properties=properties, store=store)
+    outcome = check_by_diagrams(made, properties=properties, store=store)
     assert outcome.settled
     outcome.settled.keep(replayed=True)
     return outcome
@@ -97,7 +97,7 @@ def after(spec: str, properties: str, put: list[Key], store: Kept) -> set[Key]:
     put.clear()
     found = asked(*made, store)
     anew = set(put)
-    assert plain(found) == plain(check_all(made[0], silent, properties=made[1]))
+    assert plain(found) == plain(check_by_diagrams(made[0], properties=made[1]))
     return anew
 
 
@@ -179,7 +179,7 @@ def test_a_run_that_is_answered_otherwise_is_not_believed(put: list[Key], store:
 def test_what_was_not_shown_on_c_is_not_kept(put: list[Key]) -> None:
     store = Kept()
     made, properties = read(SPEC, PROPERTIES)
-    outcome = check_all(made, silent, properties=properties, store=store)
+    outcome = check_by_diagrams(made, properties=properties, store=store)
     assert outcome.settled
     outcome.settled.keep(replayed=False)
     broken = {(each.check, each.subject) for each in outcome.findings if each.verdict == "violated" and each.trace}
@@ -200,7 +200,7 @@ def test_verdicts_are_those_without_a_store_and_what_is_as_it_was_is_told_so(see
         versions.append((model, replace(before, properties=(before.properties[0], *more.properties[1:]))))
     for model, properties in (*versions, versions[0]):
         made = compiled(model)
-        warm, cold = asked(made, properties, store), check_all(made, silent, properties=properties)
+        warm, cold = asked(made, properties, store), check_by_diagrams(made, properties=properties)
         assert [each.verdict for each in warm.findings] == [each.verdict for each in cold.findings]
         assert warm.settled
         if len(warm.settled.answers.recalled) in (0, len(warm.findings)):

@@ -10,16 +10,16 @@ import pytest
 
 from benchmarks.engines import TEAMS
 from benchmarks.families import coupled, guarded, queues
-from exover.checks import run as runner
 from exover.checks.finding import Counted, Finding
 from exover.checks.questions import safety
 from exover.checks.questions.property import VACUOUS
 from exover.checks.questions.question import Check, Context, Question, requests
 from exover.checks.run import CheckOutcome, check_all
-from exover.checks.schedule import agenda, tasks
+from exover.checks.schedule import agenda, plan, tasks
 from exover.checks.schedule.engines import DIAGRAMS, SMALL, Engines, suited
 from exover.checks.schedule.engines import LARGE as BITS
 from exover.checks.schedule.examination import Examination
+from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_spec
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.loopsets import LoopSets
@@ -34,6 +34,7 @@ from exover.pipeline import build, load_properties
 from exover.source import Source
 from tests.checks.work import built, silent
 from tests.support.cudd import needs_cudd
+from tests.support.diagrams import check_by_diagrams
 from tests.support.hanging import hang
 
 SPEC = """spec demo;
@@ -102,7 +103,7 @@ def ask(
         loaded = load_properties(Source("demo.prop", properties), made.model).properties
         assert loaded is not None
         assumed = loaded
-    found = check_all(made.compiled, silent, properties=assumed, limits=limits, engines=engines)
+    found = check_all(made.compiled, silent, CheckPlan(properties=assumed, engines=engines), limits=limits)
     return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 
 
@@ -183,7 +184,7 @@ def test_another_is_asked_what_takes_too_long(monkeypatch: pytest.MonkeyPatch, j
         raise AssertionError
 
     endless = Check("endless", "error", "it ends", requests, decide, safety.claim, "it ends", "it does not end")
-    monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
+    monkeypatch.setattr(plan, "CHECKS", (endless, *plan.CHECKS))
     started = time.monotonic()
     found = ask(monkeypatch, SPEC, PORTFOLIO, lambda name, claim: HOLDS, limits_from(started, jobs, 20.0 * jobs))
     assert time.monotonic() - started < 15 * jobs
@@ -203,7 +204,7 @@ def test_when_all_take_too_long_the_limit_is_said_once(monkeypatch: pytest.Monke
         raise AssertionError
 
     endless = Check("endless", "error", "it ends", requests, decide, safety.claim)
-    monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
+    monkeypatch.setattr(plan, "CHECKS", (endless, *plan.CHECKS))
     found = ask(monkeypatch, SPEC, PORTFOLIO, say, limits_from(time.monotonic(), 2, 5.0))
     late = [finding for finding in found.findings if finding.check == "endless"]
     assert [(each.verdict, each.message) for each in late] == [("unknown", "time limit of 5 s")] * 3
@@ -299,20 +300,20 @@ def test_a_property_that_says_nothing_is_said_to_by_every_engine(monkeypatch: py
 
 def test_states_are_counted_when_that_is_asked() -> None:
     made = built(SPEC).compiled
-    assert check_all(made, silent).states is None
-    number = check_all(made, silent, count=True).states
+    assert check_by_diagrams(made).states is None
+    number = check_by_diagrams(made, count=True).states
     assert number is not None
     assert number.number is not None
     assert number.number > 10
-    assert check_all(made, silent, limits=Limits(2), count=True).states == number
-    large = check_all(built(LARGE).compiled, silent, count=True).states
+    assert check_by_diagrams(made, limits=Limits(2), count=True).states == number
+    large = check_by_diagrams(built(LARGE).compiled, count=True).states
     assert large is not None
     assert (large.number, "sum" in large.reason) == (None, True), large
 
 
 @pytest.mark.parametrize("limits", [NO_LIMITS, Limits(2)])
 def test_the_bits_of_a_state_that_is_too_large_are_unknown(limits: Limits) -> None:
-    assert check_all(built(LARGE).compiled, silent, limits=limits).state_bits is None
+    assert check_by_diagrams(built(LARGE).compiled, limits=limits).state_bits is None
 
 
 def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -321,7 +322,7 @@ def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.Mon
         return Counted(0)
 
     monkeypatch.setattr(Examination, "counted", counted)
-    found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
+    found = check_by_diagrams(built(SPEC).compiled, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
     assert found.state_bits
 
@@ -378,6 +379,6 @@ def test_readings_of_one_enum_are_compared(engines: Engines, assumed: str, kept:
         Source("s.prop", f"for s; assume always ({assumed}); property q: never p == r;"), made.model
     )
     assert loaded.properties is not None, loaded.diagnostics
-    findings = check_all(made.compiled, silent, properties=loaded.properties, engines=engines).findings
+    findings = check_all(made.compiled, silent, CheckPlan(properties=loaded.properties, engines=engines)).findings
     assert {each.verdict for each in findings if each.check == "tables"} == {"holds"}
     assert [each.verdict for each in findings if each.check == "property"] == [kept]

@@ -14,17 +14,17 @@ from typing import Any
 
 import pytest
 
-from exover.checks import run as runner
 from exover.checks.finding import Finding
 from exover.checks.questions import safety
 from exover.checks.questions.question import Check, Context, Question, requests
-from exover.checks.run import check_all
-from exover.checks.schedule import agenda, workers
+from exover.checks.run import CheckOutcome
+from exover.checks.schedule import agenda, plan, workers
 from exover.checks.schedule.agenda import GROWTH, LEAST, LONGEST, MOST, Agenda, Lot, Turn
 from exover.checks.schedule.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
 from exover.engines.process import BEHIND
 from exover.limits import Limits, limits_from
 from tests.checks.work import built, silent
+from tests.support.diagrams import check_by_diagrams
 from tests.support.hanging import HANG, hang
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -104,8 +104,8 @@ def told(
 def test_answers_are_the_same_for_any_number_of_processes(name: str) -> None:
     work = built((ROOT / f"specs/{name}.exo").read_text(encoding="utf-8"))
 
-    def outcome(jobs: int, seconds: float | None = None) -> runner.CheckOutcome:
-        found = check_all(work.compiled, silent, limits=from_now(jobs, seconds))
+    def outcome(jobs: int, seconds: float | None = None) -> CheckOutcome:
+        found = check_by_diagrams(work.compiled, limits=from_now(jobs, seconds))
         return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 
     alone = outcome(1)
@@ -197,8 +197,8 @@ def test_an_endless_check_is_unknown_and_the_others_are_answered(monkeypatch: py
         raise AssertionError
 
     endless = Check("endless", "error", "it ends", requests, decide, safety.claim)
-    monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
-    found = check_all(built(SPEC).compiled, silent, limits=from_now(1, 4)).findings
+    monkeypatch.setattr(plan, "CHECKS", (endless, *plan.CHECKS))
+    found = check_by_diagrams(built(SPEC).compiled, limits=from_now(1, 4)).findings
     assert {f.verdict for f in found if f.check != "endless"} == {"holds"}
     assert [(f.subject, f.verdict, f.message) for f in found if f.check == "endless"] == [
         (subject, "unknown", "time limit of 4 s") for subject in ("m.a", "m.b", "m.c")

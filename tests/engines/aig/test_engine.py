@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from exover.checks.run import questions
+from exover.checks.schedule.plan import CheckPlan
 from exover.engines.aig import bad_states, engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.bad_states import BadStates
@@ -50,7 +50,7 @@ def judged(
     made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None, spare: bool = False
 ) -> dict[Key, Opinion]:
     """Return what the engine says of everything that is asked, which is put into `found` as it falls."""
-    asked = [(check, each) for check, each in questions(made.model, None, properties)]
+    asked = [(check, each) for check, each in CheckPlan(properties=properties).questions(made.model)]
     found = {} if found is None else found
 
     def say(index: int, opinion: Opinion) -> None:
@@ -330,7 +330,7 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
 def explored(spec: str, text: str) -> list[tuple[str, str, str]]:
     """Return what exploration says alone, in order, of all that is asked: check, subject and verdict."""
     made, properties = read(spec, text)
-    asked = [(check, each) for check, each in questions(made.model, None, properties)]
+    asked = [(check, each) for check, each in CheckPlan(properties=properties).questions(made.model)]
     claims: list[Claim] = [check.claim(made.model, properties, each.subject) for check, each in asked]
     said: list[tuple[int, Opinion]] = []
     found = Inquiry(engine.Encoding(made, properties, 2), claims, lambda *each: said.append(each), "", 0)
@@ -368,7 +368,7 @@ def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeyp
     made = compiled(model_of(f"spec s; {TWO}"))
     with pytest.raises(Made):
         judged(made, NO_PROPERTIES, found)
-    of_tables = {(check.name, each.subject) for check, each in questions(made.model, None, NO_PROPERTIES)}
+    of_tables = {(check.name, each.subject) for check, each in CheckPlan().questions(made.model)}
     of_tables = {key for key in of_tables if key[0] == "tables"}
     assert of_tables
     assert {key: found[key] for key in of_tables} == dict.fromkeys(of_tables, Opinion("unknown", "", NO_FORMULA))

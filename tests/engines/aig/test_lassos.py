@@ -6,6 +6,7 @@ import pytest
 
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import Engines
+from exover.checks.schedule.plan import CheckPlan
 from exover.engines.aig import liveness
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
@@ -116,7 +117,7 @@ def test_a_loop_that_observes_reads_what_is_left_to_be_read() -> None:
 def test_a_loop_may_begin_where_its_monitor_does() -> None:
     """That `m.a` waits is true of the moments after the step that asks for it, and is watched from the next on."""
     late = "spec late; poster ok: bool = false; module m { request a() { wait until ok; } request b() { check ok; } }"
-    outcome = check_all(compiled(model_of(late)), lambda _: None, asked={"starvation"}, engines=Engines(("aig",)))
+    outcome = check_all(compiled(model_of(late)), lambda _: None, CheckPlan({"starvation"}, engines=Engines(("aig",))))
     (finding,) = (each for each in outcome.findings if each.subject == "m.a")
     assert finding.trace is not None
     assert (len(finding.trace.moments), finding.trace.loop_start) == (2, 1)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.run import check_all
 from exover.cli.files import read_properties, read_spec
 from exover.engines.aig.answer import Answer, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer
@@ -17,6 +16,7 @@ from exover.model.expression import Status
 from exover.model.model import NOWHERE, Model
 from exover.model.property import NO_PROPERTIES, Assumption, Atom, Conjunction, Happened, Negation, Properties
 from exover.ocrd.compile import Compiled
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.oracle import explore, verdicts
 from tests.support.small import compiled, small_spec_of
@@ -75,7 +75,7 @@ def test_every_verdict_is_that_of_the_diagrams(path: Path) -> None:
     written = Path("properties", f"{path.stem}.prop")
     properties = read_properties(str(path), str(written), model) if written.exists() else NO_PROPERTIES
     made = compiled(model)
-    findings = check_all(made, lambda phase: None, asked={"redundancy"}, properties=properties).findings
+    findings = check_by_diagrams(made, {"redundancy"}, properties=properties).findings
     wanted = {each.subject: each.verdict for each in findings if each.check == "redundancy"}
     assert verdicts_of(made, properties) == wanted
 

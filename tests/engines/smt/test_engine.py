@@ -8,7 +8,6 @@ from random import Random
 import pytest
 
 from exover.checks.questions import claims
-from exover.checks.run import check_all
 from exover.engines.smt import Smt
 from exover.engines.smt.concretize import SpuriousModel, as_doubles
 from exover.engines.smt.houdini import Houdini
@@ -23,6 +22,7 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load_properties
 from exover.source import Source
+from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import judged
@@ -59,7 +59,7 @@ def verdicts(spec: str, properties: str = "") -> dict[tuple[str, str], str]:
 def compare(seed: int, properties: Properties, seconds: float = SECONDS) -> Counter[str]:
     """Compare all verdicts with those of the diagrams; return how many are unknown by check."""
     made = compiled(model_of(small_spec_of(seed)))
-    found = {(f.check, f.subject): f for f in check_all(made, lambda what: None, properties=properties).findings}
+    found = {(f.check, f.subject): f for f in check_by_diagrams(made, properties=properties).findings}
     unknown: Counter[str] = Counter()
     for key, (claim, opinion) in opinions(made.model, properties, seconds).items():
         if claim.formula is None and claim.check != "tables":
