@@ -72,6 +72,15 @@ class Build:
         return self.compiled.tables
 
 
+@dataclass(frozen=True, slots=True)
+class DiffSide:
+    """One of two versions that are compared: its tables, its properties, and what messages call its file."""
+
+    build: Build
+    file: str
+    properties: Properties
+
+
 def load(source: Source, read: "ReadPart | None" = None) -> Loaded:
     """Return the model of a spec, or its mistakes; `read` reads included files, without it an include is a mistake."""
     from exover.resolve import resolve
@@ -297,11 +306,9 @@ def swap(old: Build, new: Build, ask: "AskProperties") -> "tuple[bytes, SwapAnsw
 
 
 def diff(
-    old: Build,
-    new: Build,
+    old: DiffSide,
+    new: DiffSide,
     renamed: Mapping[str, str],
-    files: tuple[str, str],
-    properties: tuple[Properties, Properties],
     ask: "Callable[[], tuple[Collection[Finding], Collection[Finding]]]",
     abc: str,
     progress: Callable[[str], None],
@@ -309,19 +316,22 @@ def diff(
 ) -> "Compared":
     """Return the differences between the answers of OLD and NEW, in runs that satisfy the assumptions of both.
 
-    `ask` returns the findings of the check `property` for each; `files`: the names of the two; `abc`: the program of
-    Berkeley ABC, "" to do without it. At the end of the time limit, the result is what is known by then.
+    `renamed`: the requests of OLD that have another name in NEW. `ask` returns the findings of the check `property` for
+    each; `abc`: the program of Berkeley ABC, "" to do without it. At the end of the time limit, the result is what is
+    known by then.
     """
     from exover import __version__
     from exover.diff.compare import differences, judged
+    from exover.engines.aig.versions import ComparedLoops
     from exover.limits import NO_LIMITS
     from exover.model.difference import Compared
     from exover.model.versions import Versions
 
-    versions = Versions(old.model, new.model, renamed)
-    compiled = old.compiled, new.compiled
-    shown, undecided = differences(versions, compiled, properties, abc, progress, limits or NO_LIMITS)
-    return Compared(__version__, versions, files, properties, shown, undecided, judged(*ask()))
+    versions = Versions(old.build.model, new.build.model, renamed)
+    properties = old.properties, new.properties
+    loops = ComparedLoops(versions, (old.build.compiled, new.build.compiled), properties)
+    shown, undecided = differences(loops, abc, progress, limits or NO_LIMITS)
+    return Compared(__version__, versions, (old.file, new.file), properties, shown, undecided, judged(*ask()))
 
 
 def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":

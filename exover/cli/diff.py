@@ -11,17 +11,28 @@ from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_un
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
+from exover.dataclass import dataclass
 from exover.diagnostics import did_you_mean
 from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.model.difference import Compared
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.versions import Versions
-from exover.pipeline import Build, build, check, diff
+from exover.pipeline import DiffSide, build, check, diff
 from exover.rendering import told
 
-Spec = tuple[str, Model, Properties]
-"""A version: its name in messages, its model, and its properties."""
+
+@dataclass(frozen=True, slots=True)
+class ReadVersion:
+    """A version as it is read: what messages call its file, its model, and its properties."""
+
+    file: str
+    model: Model
+    properties: Properties
+
+    def built(self) -> DiffSide:
+        """Return the version with its tables."""
+        return DiffSide(build(self.model), self.file, self.properties)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -32,8 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with interrupted(limits):
             old, new = _read(arguments)
-        renamed = _renamed(arguments.rename, old[1], new[1])
-        _refuse_clashes(Versions(old[1], new[1], renamed))
+        renamed = _renamed(arguments.rename, old.model, new.model)
+        _refuse_clashes(Versions(old.model, new.model, renamed))
         compared = _compared(old, new, renamed, arguments.abc, limits)
     except TimeUp:
         complain(f"exover: error: {limits.reason}: it is not known whether anything changes")
@@ -46,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     return _status(compared, arguments.deny_weaker)
 
 
-def _read(arguments: argparse.Namespace) -> tuple[Spec, Spec]:
+def _read(arguments: argparse.Namespace) -> tuple[ReadVersion, ReadVersion]:
     if arguments.new is None and arguments.against is None:
         raise CliError("say what OLD is compared with: NEW, or with --against the revision at which it is OLD")
     path = arguments.new or arguments.old
@@ -54,16 +65,16 @@ def _read(arguments: argparse.Namespace) -> tuple[Spec, Spec]:
         revision = Revision(arguments.old, arguments.against)
         model, given = revision.model(), arguments.old_properties
         properties = revision.properties(model) if given is None else read_properties(arguments.old, given, model)
-        old: Spec = (revision.shown(), model, properties)
+        old = ReadVersion(revision.shown(), model, properties)
     else:
         refuse_twice(arguments.old, path)
         old = _in_work_tree(arguments.old, arguments.old_properties or arguments.properties)
     return old, _in_work_tree(path, arguments.properties)
 
 
-def _in_work_tree(path: str, properties: str | None) -> Spec:
+def _in_work_tree(path: str, properties: str | None) -> ReadVersion:
     model = read_spec(path)
-    return shown(path), model, read_properties(path, properties, model)
+    return ReadVersion(shown(path), model, read_properties(path, properties, model))
 
 
 def _renamed(pairs: Collection[tuple[str, str]], old: Model, new: Model) -> dict[str, str]:
@@ -90,27 +101,26 @@ def _refuse_clashes(versions: Versions) -> None:
         raise CliError("the two specs cannot be compared")
 
 
-def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, limits: Limits) -> Compared:
+def _compared(old: ReadVersion, new: ReadVersion, renamed: dict[str, str], abc: str | None, limits: Limits) -> Compared:
     engines = portfolio(abc)
     with ProgressLine() as progress:
         with interrupted(limits):
             progress("tables")
-            builds = build(old[1]), build(new[1])
+            sides = old.built(), new.built()
 
-        def judged(built: Build, properties: Properties, share: Limits) -> Collection[Finding]:
-            if not properties.properties:
+        def judged(side: DiffSide, share: Limits) -> Collection[Finding]:
+            if not side.properties.properties:
                 return ()
-            outcome = check(built, progress, CheckPlan(("property",), properties, engines), limits=share)
+            outcome = check(side.build, progress, CheckPlan(("property",), side.properties, engines), limits=share)
             if outcome.interrupted:
                 raise KeyboardInterrupt
             return outcome.findings
 
         def ask() -> tuple[Collection[Finding], Collection[Finding]]:
             half = replace(limits, deadline=limits.deadline - max(limits.left, 0) / 2) if limits.seconds else limits
-            return judged(builds[0], old[2], half), judged(builds[1], new[2], limits)
+            return judged(sides[0], half), judged(sides[1], limits)
 
-        both, files = (old[2], new[2]), (old[0], new[0])
-        return diff(*builds, renamed, files, both, ask, engines.abc, progress, limits)
+        return diff(*sides, renamed, ask, engines.abc, progress, limits)
 
 
 def _status(compared: Compared, deny_weaker: bool) -> ExitStatus:

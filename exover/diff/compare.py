@@ -8,21 +8,18 @@ from exover.diff.deeds import changes_of, done
 from exover.engines.aig.answer import Open
 from exover.engines.aig.comparison import CommonRun, compare
 from exover.engines.aig.pair_concretize import Both
+from exover.engines.aig.versions import ComparedLoops
 from exover.limits import NO_LIMITS, Limits
 from exover.loop.plain_runs import PlainRuns, plain_pair
 from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided
 from exover.model.event import Action
-from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Disagreement
 from exover.model.versions import Versions
-from exover.ocrd.compile import Compiled
 
 
 def differences(
-    versions: Versions,
-    compiled: tuple[Compiled, Compiled],
-    properties: tuple[Properties, Properties],
+    loops: ComparedLoops,
     abc: str,
     progress: Callable[[str], None],
     limits: Limits = NO_LIMITS,
@@ -34,8 +31,9 @@ def differences(
     counts as undecided: it was not proved yet that the circuit has enough passes.
     """
     shown, undecided = [], []
-    sides = PlainRuns(versions.old, properties[0]), PlainRuns(versions.new, properties[1])
-    answers = compare(versions, compiled, properties, abc, progress, limits)
+    versions = loops.versions
+    sides = PlainRuns(versions.old, loops.properties[0]), PlainRuns(versions.new, loops.properties[1])
+    answers = compare(loops, abc, progress, limits)
     late = any(isinstance(found, Open) and found.reason == limits.reason for found in answers.values())
     for change, found in answers.items():
         match found:

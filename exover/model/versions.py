@@ -17,6 +17,11 @@ class Versions:
     new: Model
     renamed: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def models(self) -> tuple[Model, Model]:
+        """OLD and NEW."""
+        return self.old, self.new
+
     def called(self, request: str) -> str:
         """Return the name in NEW of a request of OLD, whether NEW has it or not."""
         return self.renamed.get(request, request)

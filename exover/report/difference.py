@@ -84,15 +84,14 @@ def run_lines(compared: Compared, difference: Difference) -> Iterator[str]:
 
 def _event(compared: Compared, step: CommonStep) -> str:
     old, new = step.events
-    models = compared.versions.old, compared.versions.new
     if new is not None:
-        return event_text(models[1], new) + ("" if old is not None else ", of which OLD knows nothing")
+        return event_text(compared.versions.new, new) + ("" if old is not None else ", of which OLD knows nothing")
     assert old is not None, "something comes to one of them"
-    return f"{event_text(models[0], old)}, of which NEW knows nothing"
+    return f"{event_text(compared.versions.old, old)}, of which NEW knows nothing"
 
 
 def _answers(compared: Compared, step: CommonStep, side: int) -> list[str]:
-    model = (compared.versions.old, compared.versions.new)[side]
+    model = compared.versions.models[side]
     return [action_text(model, action) for action in step.answers[side]]
 
 
@@ -182,13 +181,12 @@ def _fenced(line: str) -> str:
 def render_json(compared: Compared) -> str:
     """Return the differences as one JSON object, with a final newline."""
     versions, files, asked = compared.versions, compared.files, compared.properties
-    models = versions.old, versions.new
     told = {
         "tool": "exover",
         "version": compared.version,
         **{
             side: {"spec": model.name, "file": file, "properties": props.file}
-            for side, model, file, props in zip(("old", "new"), models, files, asked, strict=True)
+            for side, model, file, props in zip(("old", "new"), versions.models, files, asked, strict=True)
         },
         "verdict": compared.verdict,
         "weaker": compared.weaker,
@@ -217,7 +215,7 @@ def _difference_json(compared: Compared, each: Difference) -> dict[str, Any]:
 
 
 def _step_json(compared: Compared, step: CommonStep) -> dict[str, Any]:
-    models = compared.versions.old, compared.versions.new
+    models = compared.versions.models
     events: list[Event | None] = list(step.events)
     shown = [None if event is None else event_json(model, event) for model, event in zip(models, events, strict=True)]
     answers = [_actions_json(compared, side, step.answers[side]) for side in (0, 1)]
@@ -228,5 +226,5 @@ def _step_json(compared: Compared, step: CommonStep) -> dict[str, Any]:
 
 
 def _actions_json(compared: Compared, side: int, actions: tuple[Action, ...]) -> list[Any]:
-    model = (compared.versions.old, compared.versions.new)[side]
+    model = compared.versions.models[side]
     return [action_json(model, action) for action in actions]

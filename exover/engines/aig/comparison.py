@@ -18,13 +18,10 @@ from exover.engines.aig.portfolio import LONG, Portfolio, smaller
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.versions import VersionPair
+from exover.engines.aig.versions import ComparedLoops, VersionPair
 from exover.limits import NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.difference import AnswerChange, changes
-from exover.model.property import Properties
-from exover.model.versions import Versions
-from exover.ocrd.compile import Compiled
 
 EQUAL = 2_000_000
 """Propagations that it may cost to see that a variable stays equal in both."""
@@ -55,9 +52,7 @@ class _MorePasses(Exception):
 
 
 def compare(
-    versions: Versions,
-    compiled: tuple[Compiled, Compiled],
-    properties: tuple[Properties, Properties],
+    loops: ComparedLoops,
     abc: str = "",
     progress: Progress = lambda _: None,
     limits: Limits = NO_LIMITS,
@@ -69,26 +64,21 @@ def compare(
     for passes in PASSES:
         try:
             with interrupted(limits):
-                comparison = Comparison(_joined(versions, compiled, properties, passes), abc, progress, limits)
+                comparison = Comparison(_joined(loops, passes), abc, progress, limits)
         except TimeUp:
-            return dict.fromkeys(changes(versions), Open(limits.reason))
+            return dict.fromkeys(changes(loops.versions), Open(limits.reason))
         try:
             return comparison.answers()
         except _MorePasses:
             continue
-    return dict.fromkeys(changes(versions), Open(UNSETTLED))
+    return dict.fromkeys(changes(loops.versions), Open(UNSETTLED))
 
 
-def _joined(
-    versions: Versions,
-    compiled: tuple[Compiled, Compiled],
-    properties: tuple[Properties, Properties],
-    passes: int,
-) -> VersionPair:
+def _joined(loops: ComparedLoops, passes: int) -> VersionPair:
     """Return both versions in one graph that share the variables which stay equal while both answer alike."""
     apart: frozenset[str] = frozenset()
     while True:
-        pair = VersionPair(versions, compiled, properties, passes, apart)
+        pair = VersionPair(loops, passes, apart)
         unequal = dict(pair.unequal(Differences(pair).agree))
         solver = Solver(pair.circuit(FALSE, ()))
         found = {name for name, where in unequal.items() if where != FALSE and _may_be(solver, where)}
@@ -123,7 +113,7 @@ class Comparison:
 
     def __post_init__(self) -> None:
         differences = Differences(self.pair)
-        self.changes = tuple(changes(self.pair.versions))
+        self.changes = tuple(changes(self.pair.loops.versions))
         self.agree = differences.agree
         literals = differences.literals(self.changes)
         self.passes = self.pair.unsettled_parts

@@ -59,7 +59,7 @@ class Differences:
         """Where the deeds and violations of a step are the same."""
         graph = self.pair.graph
         found = [self._violation(gone) for gone in (False, True)]
-        for _, request in self.pair.versions.requests:
+        for _, request in self.pair.loops.versions.requests:
             for gone in (False, True):
                 found += self._by_deed[request.name, gone].values()
         return graph.any(found) ^ 1
@@ -81,7 +81,7 @@ class Differences:
     def _by_deed(self) -> dict[tuple[str, bool], dict[DeedKind, Literal]]:
         """By request, and whether it is OLD that does it, where only one version does something."""
         found = {}
-        for _, request in self.pair.versions.requests:
+        for _, request in self.pair.loops.versions.requests:
             both = self._deeds[request.name]
             for gone in (False, True):
                 mine, other = both if gone else both[::-1]
@@ -135,7 +135,7 @@ class Differences:
         """By request, as NEW calls it, what OLD and NEW do with it."""
         return {
             new.name: (self._of_version(self.pair.old, old, new), self._of_version(self.pair.new, new, new))
-            for old, new in self.pair.versions.requests
+            for old, new in self.pair.loops.versions.requests
         }
 
     def _of_version(self, version: Version, mine: Request, new: Request) -> SymbolicDeeds:

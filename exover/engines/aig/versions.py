@@ -74,6 +74,15 @@ class Version(Encoding):
         return {name: self._present[name] for name in self.after}
 
 
+@dataclass(frozen=True, slots=True)
+class ComparedLoops:
+    """What is compared: the versions, the tables of each, and the properties of each, whose assumptions count."""
+
+    versions: Versions
+    compiled: tuple[Compiled, Compiled]
+    properties: tuple[Properties, Properties]
+
+
 @dataclass
 class VersionPair:
     """Two versions in one graph; `apart`: variables of NEW that are not held as those of OLD.
@@ -81,17 +90,16 @@ class VersionPair:
     `agree` says, once the graph is made, where a step is answered alike (see `exover.engines.aig.differences`).
     """
 
-    versions: Versions
-    compiled: tuple[Compiled, Compiled]
-    properties: tuple[Properties, Properties]
+    loops: ComparedLoops
     passes: int
     apart: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         self.terms = Words()
         self.graph = self.terms.graph
-        grids = _common_grids(self.versions, self.compiled, self.properties)
-        self.stimuli = Stimuli(self.versions, self.terms, tuple(common_events(self.versions, self.compiled)))
+        grids = _common_grids(self.loops)
+        versions = self.loops.versions
+        self.stimuli = Stimuli(versions, self.terms, tuple(common_events(versions, self.loops.compiled)))
         self.old = self._version(OLD, grids[OLD], {}, {})
         self.same = dict(self._same(self.old.latches, grids[NEW]))
         self.new = self._version(
@@ -109,8 +117,8 @@ class VersionPair:
         shifted: Mapping[str, list[Literal]],
     ) -> Version:
         return Version(
-            self.compiled[side],
-            self.properties[side],
+            self.loops.compiled[side],
+            self.loops.properties[side],
             self.passes,
             stimuli=self.stimuli,
             side=side,
@@ -121,8 +129,9 @@ class VersionPair:
 
     def _same(self, mine: Latches, grids: RangeAllocation) -> Iterator[tuple[str, str]]:
         """Yield the variables of NEW that OLD has as well, with the same values and start, and what OLD calls them."""
-        its = Latches(self.versions.new, Words(), grids=grids)
-        for old, new in called(self.versions, mine).items():
+        versions = self.loops.versions
+        its = Latches(versions.new, Words(), grids=grids)
+        for old, new in called(versions, mine).items():
             if new in its.vars and new not in self.apart and mine.types[old] == its.types[new]:
                 first = [_start(layout, name) for layout, name in ((mine, old), (its, new))]
                 if mine.spans[old] == its.spans[new] and first[OLD] == first[NEW]:
@@ -220,12 +229,11 @@ def called(versions: Versions, old: Layout) -> dict[str, str]:
     return found
 
 
-def _common_grids(
-    versions: Versions, compiled: tuple[Compiled, Compiled], properties: tuple[Properties, Properties]
-) -> tuple[RangeAllocation, RangeAllocation]:
+def _common_grids(loops: ComparedLoops) -> tuple[RangeAllocation, RangeAllocation]:
     """Return grids on which both versions tell the same reals apart."""
-    made = [allocate_ranges(each, asked) for each, asked in zip(compiled, properties, strict=True)]
-    extra = [allocate_ranges(each, asked) for each, asked in zip(compiled, properties, strict=True)]
+    versions = loops.versions
+    made = [allocate_ranges(each, asked) for each, asked in zip(loops.compiled, loops.properties, strict=True)]
+    extra = [allocate_ranges(each, asked) for each, asked in zip(loops.compiled, loops.properties, strict=True)]
     back = {new: old for old, new in versions.renamed.items()}
 
     def into_new(family: Family) -> Family:
