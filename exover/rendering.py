@@ -30,6 +30,7 @@ def summarise(
     built: Build | None,
     outcome: "CheckOutcome | None",
     counted: "frozenset[Severity]",
+    *,
     bounded: bool = False,
     properties: Properties | None = None,
     skipped: tuple[str, ...] = (),

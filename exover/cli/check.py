@@ -102,6 +102,7 @@ def _tell(arguments: argparse.Namespace, render: Callable[[ReportFormat], str]) 
 
 def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     """Return the findings of one spec, and their exit status."""
+    file = shown(arguments.spec)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if arguments.share is not None:
         limits = replace(limits, deadline=min(limits.deadline, monotonic() + arguments.share))
@@ -113,9 +114,7 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
             policy = read_policy(arguments, config, asked, model.name)
     except TimeUp:
         status = too_late(arguments, limits)
-        return Examined(
-            Unchecked(__version__, shown(arguments.spec), f"{limits.reason}: the spec was not read"), status
-        )
+        return Examined(Unchecked(__version__, file, f"{limits.reason}: the spec was not read"), status)
     if arguments.certificate and asked is not None:
         raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
     for remark in out_of_range(model, properties):
@@ -129,7 +128,7 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     judged = replace(outcome, findings=_judged(outcome, policy, model))
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     summary = summarise(
-        shown(arguments.spec), model, built, judged, counted, arguments.bounds, properties, plan.skipped
+        file, model, built, judged, counted, bounded=arguments.bounds, properties=properties, skipped=plan.skipped
     )
     status = _status(arguments, summary, built, written, outcome.interrupted)
     return Examined(summary, status, source, built, len(outcome.recalled))
