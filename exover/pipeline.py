@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from exover.checks.finding import Finding
     from exover.checks.run import Audience, CheckOutcome
     from exover.checks.schedule.answers import AnswerStore
+    from exover.checks.schedule.engines import Engines
     from exover.checks.schedule.plan import CheckPlan
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
@@ -163,6 +164,28 @@ def check(
     if outcome.settled:
         outcome.settled.keep(replayed=not outcome.note)
     return outcome
+
+
+def property_findings(
+    built: Build,
+    properties: Properties,
+    progress: Callable[[str], None],
+    limits: "Limits",
+    engines: "Engines | None" = None,
+) -> "tuple[Finding, ...]":
+    """Return the findings of the check `property`, none if there are no properties.
+
+    `engines`: who answers (default: the portfolio). Raises `KeyboardInterrupt` if the user interrupts.
+    """
+    from exover.checks.schedule.engines import PORTFOLIO
+    from exover.checks.schedule.plan import CheckPlan
+
+    if not properties.properties:
+        return ()
+    outcome = check(built, progress, CheckPlan(("property",), properties, engines or PORTFOLIO), limits=limits)
+    if outcome.interrupted:
+        raise KeyboardInterrupt
+    return outcome.findings
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:

@@ -5,7 +5,6 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.checks.schedule.plan import CheckPlan
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
@@ -18,7 +17,7 @@ from exover.model.difference import Compared
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.versions import Versions
-from exover.pipeline import DiffSide, build, check, diff
+from exover.pipeline import DiffSide, build, diff, property_findings
 from exover.rendering import told
 
 
@@ -109,12 +108,7 @@ def _compared(old: ReadVersion, new: ReadVersion, renamed: dict[str, str], abc: 
             sides = old.built(), new.built()
 
         def judged(side: DiffSide, share: Limits) -> Collection[Finding]:
-            if not side.properties.properties:
-                return ()
-            outcome = check(side.build, progress, CheckPlan(("property",), side.properties, engines), limits=share)
-            if outcome.interrupted:
-                raise KeyboardInterrupt
-            return outcome.findings
+            return property_findings(side.build, side.properties, progress, share, engines)
 
         def ask() -> tuple[Collection[Finding], Collection[Finding]]:
             half = replace(limits, deadline=limits.deadline - max(limits.left, 0) / 2) if limits.seconds else limits

@@ -2,7 +2,6 @@
 
 import argparse
 
-from exover.checks.schedule.plan import CheckPlan
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import ExitStatus
@@ -10,7 +9,7 @@ from exover.cli.streams import ProgressLine, complain, out
 from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
-from exover.pipeline import Build, build, check, swap
+from exover.pipeline import Build, build, property_findings, swap
 from exover.swap.prove import SwapAnswer
 
 
@@ -34,12 +33,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: ProgressLine) -> dict[str, Verdict]:
-    if not asked:
-        return {}
-    outcome = check(old, progress, CheckPlan(("property",), Properties(asked)), limits=limits)
-    if outcome.interrupted:
-        raise KeyboardInterrupt
-    return {finding.subject: finding.verdict for finding in outcome.findings}
+    findings = property_findings(old, Properties(asked), progress, limits)
+    return {finding.subject: finding.verdict for finding in findings}
 
 
 def _told(answer: SwapAnswer, old: str, new: str) -> str:

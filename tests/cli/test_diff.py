@@ -137,13 +137,13 @@ def test_old_has_half_of_the_time(run, tmp_path: Path, monkeypatch: pytest.Monke
     """However long its properties take."""
     (tmp_path / "lift.prop").write_text("for lift; property apart: never (active(cabin.go) and active(door.open));")
     shares: list[float] = []
-    check = exover.cli.diff.check
+    findings = exover.cli.diff.property_findings
 
-    def noted(*given, **asked):
-        shares.append(asked["limits"].left)
-        return check(*given, **asked)
+    def noted(built, properties, progress, limits, engines):
+        shares.append(limits.left)
+        return findings(built, properties, progress, limits, engines)
 
-    monkeypatch.setattr(exover.cli.diff, "check", noted)
+    monkeypatch.setattr(exover.cli.diff, "property_findings", noted)
     told(run, tmp_path, OLD, OLD, "--timeout", "600")
     assert 250 < shares[0] < 301 < 500 < shares[1]
 
