@@ -166,15 +166,15 @@ def page_of(
 
 def told(compared: "Compared", form: Differing) -> str:
     """Return the differences between two versions in a format, with a final newline."""
-    from exover.report import difference, difference_sarif
+    from exover.report import difference, difference_json, difference_markdown, difference_sarif
 
     match form:
         case "text":
-            return difference.render_text(compared)
+            return difference.render(compared)
         case "json":
-            return difference.render_json(compared)
+            return difference_json.render(compared)
         case "markdown":
-            return difference.render_markdown(compared)
+            return difference_markdown.render(compared)
         case "sarif":
             return difference_sarif.render(compared)
         case _:

@@ -1,18 +1,16 @@
-"""The differences between two versions of a spec as text, as a comment of a merge request, as JSON (docs/diff.md)."""
+"""The differences between two versions of a spec as text, and in words that other formats share (docs/diff.md)."""
 
 from collections.abc import Iterator
-from typing import Any
 
 from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
-from exover.model.event import Action, Event, Waits
-from exover.model.wire import action_json, event_json, indented
+from exover.model.event import Waits
 from exover.model.wording import action_text, event_text, visible
 
 WEAKER = "OLD refuses it or lets it wait"
 NOBODY_KNOWS = "it is not proved that no shorter run shows it"
 
 
-def render_text(compared: Compared) -> str:
+def render(compared: Compared) -> str:
     """Return the differences as text with a final newline."""
     return "".join(f"{visible(line)}\n" for line in _lines(compared))
 
@@ -128,103 +126,3 @@ def _weaker(compared: Compared) -> str:
 
 def _count(count: int, one: str, several: str) -> str:
     return f"{count} {one if count == 1 else several}"
-
-
-# ---- a comment ----
-
-
-def render_markdown(compared: Compared) -> str:
-    """Return the differences as a comment of a merge request: a table, and each run folded away."""
-    return "".join(f"{line}\n" for line in _markdown(compared))
-
-
-def _markdown(compared: Compared) -> Iterator[str]:
-    old, new = (_code(file) for file in compared.files)
-    yield f"### {old} → {new}"
-    yield ""
-    yield f"**{_plain(last_line(compared))}**"
-    yield from (line for note in compared.notes for line in ("", f"> {_plain(note)}"))
-    for each in compared.differences:
-        yield ""
-        yield f"<details><summary>{_plain(title(each))}</summary>"
-        yield ""
-        yield from ("```text", *(_fenced(line) for line in run_lines(compared, each)), "```")
-        yield ""
-        yield "</details>"
-    rest = [property_title(each) for each in in_both(compared)]
-    rest += [
-        f"unknown, {reason}: {'; '.join(map(change_text, unknown))}"
-        for reason, unknown in unknown_by_reason(compared).items()
-    ]
-    if rest:
-        yield ""
-    yield from (f"- {_plain(line)}" for line in rest)
-
-
-def _plain(text: str) -> str:
-    """Return a line with all Markdown and HTML in it escaped."""
-    text = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return "".join(f"\\{c}" if c in "\\`*_[]|#@" else c for c in text)
-
-
-def _code(text: str) -> str:
-    return f"`{visible(text).replace('`', chr(0xFFFD))}`"
-
-
-def _fenced(line: str) -> str:
-    return visible(line).replace("```", "\ufffd" * 3)
-
-
-# ---- JSON ----
-
-
-def render_json(compared: Compared) -> str:
-    """Return the differences as one JSON object, with a final newline."""
-    versions, files, asked = compared.versions, compared.files, compared.properties
-    told = {
-        "tool": "exover",
-        "version": compared.version,
-        **{
-            side: {"spec": model.name, "file": file, "properties": props.file}
-            for side, model, file, props in zip(("old", "new"), versions.models, files, asked, strict=True)
-        },
-        "verdict": compared.verdict,
-        "weaker": compared.weaker,
-        "changes": [_difference_json(compared, each) for each in compared.differences],
-        "unknown": [
-            {"request": each.change.request, "change": each.change.word, "reason": each.reason}
-            for each in compared.undecided
-        ],
-        "properties": [{"property": each.name, "old": each.old, "new": each.new} for each in compared.judged],
-        "only_old": list(versions.alone(0)),
-        "only_new": list(versions.alone(1)),
-        "renamed": dict(versions.renamed),
-        "notes": list(compared.notes),
-    }
-    return indented(told)
-
-
-def _difference_json(compared: Compared, each: Difference) -> dict[str, Any]:
-    return {
-        "request": each.change.request,
-        "change": each.change.word,
-        "weaker": each.change.weaker,
-        "shortest": each.shortest,
-        "trace": [_step_json(compared, step) for step in each.steps],
-    }
-
-
-def _step_json(compared: Compared, step: CommonStep) -> dict[str, Any]:
-    models = compared.versions.models
-    events: list[Event | None] = list(step.events)
-    shown = [None if event is None else event_json(model, event) for model, event in zip(models, events, strict=True)]
-    answers = [_actions_json(compared, side, step.answers[side]) for side in (0, 1)]
-    told: dict[str, Any] = {"event": shown[1] if shown[1] is not None else shown[0]}
-    for side, name in enumerate(("old", "new")):
-        told[name] = None if shown[side] is None else answers[side]
-    return told
-
-
-def _actions_json(compared: Compared, side: int, actions: tuple[Action, ...]) -> list[Any]:
-    model = compared.versions.models[side]
-    return [action_json(model, action) for action in actions]
