@@ -15,11 +15,11 @@ from exover.audit.follow import Follower
 from exover.audit.mission import Noted, Unread, read_line
 from exover.audit.native import MOST, NativeAuditor
 from exover.audit.result import MOST_MISTAKES, MOST_ROWS, MissionResult, Mistake
-from exover.audit.text import counted
 from exover.audit.trail import AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
 from exover.model.model import Model
+from exover.model.wording import counted
 from exover.ocrd.tables import Tables
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from exover.audit.result import Audit, MissionResult, rules_of
 from exover.audit.trail import ANSWERS, DIVERGENCES, AuditRow, MissionFigures
 from exover.model.model import Model
-from exover.model.wording import slot_text, visible
+from exover.model.wording import counted, slot_text, visible
 
 SHOWN = 10
 """The most divergences of a mission that are listed."""
@@ -44,11 +44,6 @@ def last_line(audit: Audit) -> str:
     missed = sum(bool(mission.error) for mission in audit.missions)
     missions, events = counted(len(audit.missions), "mission"), counted(total.events, "event")
     return f"{audit.model.name}: {missions}, {events}; {verdict}" + (f"; {missed} not audited" if missed else "")
-
-
-def counted(count: int, one: str, more: str = "") -> str:
-    """Return a number of things in words; `more`: the plural, if it is not `one` with an s."""
-    return f"{count} {one if count == 1 else more or one + 's'}"
 
 
 def _mission(model: Model, mission: MissionResult) -> Iterator[str]:

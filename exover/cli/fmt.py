@@ -12,6 +12,7 @@ from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.diagnostics import render_all
 from exover.emit.artefact import Artefact
+from exover.model.wording import counted
 from exover.places import SPEC, SUFFIX, below
 from exover.syntax.layout import formatted
 
@@ -45,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
             out(content.decode("utf-8"))
         elif path != "-" and result != "left unchanged":
             out(f"{path} {result}\n")
-    counts = [f"{count} file{'' if count == 1 else 's'} {result}" for result, count in sorted(results.items())]
+    counts = [f"{counted(count, 'file')} {result}" for result, count in sorted(results.items())]
     counts += [f"{count} {what}" for what, count in sorted(wrong.items())]
     complain(", ".join(counts) or "no .exo or .prop file found")
     if wrong:

@@ -22,6 +22,7 @@ from exover.gate.mcp.session import McpSession
 from exover.gate.reading import read_binding
 from exover.model.index import ModelIndex
 from exover.model.model import Model
+from exover.model.wording import counted
 from exover.pipeline import Build, build, check
 from exover.run.simulate import Engine
 
@@ -154,12 +155,8 @@ def binding_of(path: str, model: Model) -> Binding:
 def _figures(binding: Binding, model: Model) -> str:
     observable = len(ModelIndex(model).posters) + len(ModelIndex(model).stocks)
     parts = [
-        f"{len(binding.requests)} of {_some(len(model.requests), 'request')}",
-        f"{len(binding.posters)} of {_some(observable, 'poster')}",
-        _some(len(binding.watches), "watch", "watches"),
+        f"{len(binding.requests)} of {counted(len(model.requests), 'request')}",
+        f"{len(binding.posters)} of {counted(observable, 'poster')}",
+        counted(len(binding.watches), "watch", "watches"),
     ]
     return ", ".join(parts)
-
-
-def _some(number: int, one: str, more: str = "") -> str:
-    return f"{number} {one if number == 1 else more or one + 's'}"

@@ -67,6 +67,11 @@ def value_text(value: Value) -> str:
     return str(number(value)) if isinstance(value, float) else str(value)
 
 
+def counted(count: int, one: str, several: str = "") -> str:
+    """Return a number of things in words; `several`: the plural, if it is not `one` with an s."""
+    return f"{count} {one if count == 1 else several or f'{one}s'}"
+
+
 def named_text(parameters: Sequence[Parameter], values: Args) -> str:
     """Return arguments or results with their names; parameters past the last value are left out."""
     return ", ".join(f"{p.name} = {value_text(v)}" for p, v in zip(parameters, values, strict=False))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
 from exover.model.event import Waits
-from exover.model.wording import action_text, event_text, visible
+from exover.model.wording import action_text, counted, event_text, visible
 
 WEAKER = "OLD refuses it or lets it wait"
 NOBODY_KNOWS = "it is not proved that no shorter run shows it"
@@ -36,8 +36,7 @@ def _lines(compared: Compared) -> Iterator[str]:
 
 def title(difference: Difference) -> str:
     """Return a change in words, with the length of the run that shows it."""
-    count = len(difference.steps)
-    length = f"{count} step{'' if count == 1 else 's'}"
+    length = counted(len(difference.steps), "step")
     return f"{change_text(difference.change)} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
 
 
@@ -107,11 +106,11 @@ def last_line(compared: Compared) -> str:
             return "no change of behaviour: proved for every run"
         case "unknown":
             open_ = len(compared.undecided) + sum(each.unknown for each in compared.judged)
-            return f"unknown: {_count(open_, 'question has', 'questions have')} no answer, and no change is known"
+            return f"unknown: {counted(open_, 'question has', 'questions have')} no answer, and no change is known"
         case _:
-            parts = [_count(len(compared.differences), "change of answers", "changes of answers")]
+            parts = [counted(len(compared.differences), "change of answers", "changes of answers")]
             decided = sum(each.decided for each in compared.judged)
-            parts += [_count(decided, "property", "properties")] if decided else []
+            parts += [counted(decided, "property", "properties")] if decided else []
             parts += [f"{len(compared.undecided)} unknown"] if compared.undecided else []
             return f"changed: {', '.join(parts)}; {_weaker(compared)}"
 
@@ -122,7 +121,3 @@ def _weaker(compared: Compared) -> str:
         False: "NEW launches nothing that OLD refuses or lets wait",
         None: "whether NEW launches what OLD refuses or lets wait is not known",
     }[compared.weaker]
-
-
-def _count(count: int, one: str, several: str) -> str:
-    return f"{count} {one if count == 1 else several}"

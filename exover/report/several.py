@@ -6,7 +6,7 @@ from typing import Any, Literal, assert_never
 
 from exover import __version__
 from exover.loop.claim import Verdict
-from exover.model.wording import visible
+from exover.model.wording import counted, visible
 from exover.report import github, json, junit, sarif, text
 from exover.report.summary import Summary, Unchecked
 
@@ -75,4 +75,4 @@ def _last(verdicts: Sequence[Verdict]) -> str:
     counts = Counter(verdicts)
     words = {each: "hold" if each == "holds" and counts[each] > 1 else each for each in WORST}
     told = [f"{counts[each]} {words[each]}" for each in WORST if counts[each]]
-    return f"{len(verdicts)} {'spec' if len(verdicts) == 1 else 'specs'}: {', '.join(told)}\n"
+    return f"{counted(len(verdicts), 'spec')}: {', '.join(told)}\n"

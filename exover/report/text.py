@@ -8,7 +8,7 @@ from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.trace import Trace
-from exover.model.wording import visible
+from exover.model.wording import counted, visible
 from exover.report.grouped import FindingKey, grouped, key
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
@@ -26,8 +26,8 @@ def render(summary: Summary, timings: bool = False) -> str:
 
 def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     model, tables = summary.model, summary.tables
-    requests = _count(summary.figures.requests, "request")
-    yield f"{summary.file}: spec {model.name}, {requests}, {_count(summary.figures.rules, 'rule')}"
+    requests = counted(summary.figures.requests, "request")
+    yield f"{summary.file}: spec {model.name}, {requests}, {counted(summary.figures.rules, 'rule')}"
     if summary.properties is not None:
         yield f"properties: {_properties(summary.properties)}"
     yield ""
@@ -50,9 +50,9 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
         yield "tables: none, the command ended before they were made"
     else:
         yield (
-            f"tables: {_count(tables.nodes, 'node')}, depth {tables.depth}, "
-            f"{_count(tables.tests, 'test')} before the first action, "
-            f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
+            f"tables: {counted(tables.nodes, 'node')}, depth {tables.depth}, "
+            f"{counted(tables.tests, 'test')} before the first action, "
+            f"{counted(tables.bytes, 'byte')}, {counted(tables.ram_bytes, 'byte')} of RAM"
         )
         if tables.bounds:
             yield from _bounds(tables.bounds)
@@ -63,9 +63,9 @@ def _properties(properties: Properties) -> str:
     """Return the properties file with the number of its properties, or where none was found."""
     if properties.file is None:
         return "none, no .prop file of this spec was found beside it, in properties/ or in ../properties/"
-    parts = [_count(len(properties.properties), "property", "properties")]
+    parts = [counted(len(properties.properties), "property", "properties")]
     assumptions = len(properties.assumptions) + properties.fair
-    parts += [_count(assumptions, "assumption")] if assumptions else []
+    parts += [counted(assumptions, "assumption")] if assumptions else []
     return ", ".join([properties.file, *parts])
 
 
@@ -76,17 +76,17 @@ def _bounds(bounds: BoundFigures) -> Iterator[str]:
         bounds.worst("passes"),
     )
     yield (
-        f"bounds: an event takes at most {_count(tests, 'test')} ({most}), {_count(answers, 'answer')} ({more}) and "
-        f"{passes} {'pass' if passes == 1 else 'passes'} ({last}), by {bounds.method}"
+        f"bounds: an event takes at most {counted(tests, 'test')} ({most}), {counted(answers, 'answer')} ({more}) and "
+        f"{counted(passes, 'pass', 'passes')} ({last}), by {bounds.method}"
     )
-    yield f"stack: a call takes at most {_count(bounds.stack_bytes, 'byte')} with {bounds.stack_target}"
+    yield f"stack: a call takes at most {counted(bounds.stack_bytes, 'byte')} with {bounds.stack_target}"
 
 
 def _engines(findings: Iterable[Finding]) -> Iterator[str]:
     """Yield how many findings each engine has answered, unless the engine `bdd` has answered all."""
     answered = Counter(finding.engine for finding in findings if finding.verdict != "unknown")
     if answered.keys() - {"bdd"}:
-        yield from (f"answered by {engine}: {_count(number, 'finding')}" for engine, number in answered.items())
+        yield from (f"answered by {engine}: {counted(number, 'finding')}" for engine, number in answered.items())
 
 
 def _states(states: Counted) -> str:
@@ -110,7 +110,7 @@ def _group(
     `causes`: as `grouped` returns them; `shown`: by run that is printed already, the finding for which it was.
     """
     parts = ", ".join(
-        _counted([each for each in group if each.verdict == verdict], causes)
+        _part([each for each in group if each.verdict == verdict], causes)
         for verdict in ORDER
         if any(each.verdict == verdict for each in group)
     )
@@ -126,10 +126,10 @@ def _group(
                 yield from _finding(summary.model, finding, others, shown)
 
 
-def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
+def _part(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
     """Return the number of findings, all with one word, and the checks under which some of them are told."""
     word = alike[0].word
-    count = _count(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"
+    count = counted(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"
     elsewhere = [causes[key(finding)].check for finding in alike if key(finding) in causes]
     if not elsewhere:
         return count
@@ -164,7 +164,7 @@ def _in_lines(told: str) -> Iterator[str]:
 
 def last_line(summary: Summary) -> str:
     """Return the name of the spec and the verdict over all, with the counts behind it."""
-    skipped = f"; {_count(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
+    skipped = f"; {counted(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
     return f"{summary.model.name}: {_outcome(summary)}{skipped}"
 
 
@@ -172,10 +172,10 @@ def _outcome(summary: Summary) -> str:
     total = len(summary.findings)
     holding = sum(finding.verdict == "holds" for finding in summary.findings)
     if holding == total:
-        return f"holds: all of {_count(total, 'finding')}"
+        return f"holds: all of {counted(total, 'finding')}"
     unmet = [finding for finding in summary.findings if finding.verdict != "holds" and not finding.excuse]
     violated = [finding.severity for finding in unmet if finding.verdict == "violated"]
-    parts = [_count(violated.count(s), s) for s in ("error", "warning", "note") if s in violated]
+    parts = [counted(violated.count(s), s) for s in ("error", "warning", "note") if s in violated]
     excuses = [type(finding.excuse) for finding in summary.findings]
     others = {
         "unknown": len(unmet) - len(violated),
@@ -183,8 +183,4 @@ def _outcome(summary: Summary) -> str:
         "known": excuses.count(Baselined),
     }
     parts += [f"{count} {word}" for word, count in others.items() if count]
-    return f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} ok"
-
-
-def _count(count: int, noun: str, several: str = "") -> str:
-    return f"{count} {noun if count == 1 else several or f'{noun}s'}"
+    return f"{summary.verdict}: {', '.join(parts)}; {holding} of {counted(total, 'finding')} ok"
