@@ -70,7 +70,7 @@ def test_what_abc_finds_is_what_the_checks_say(tmp_path: Path) -> None:
     (tmp_path / "s.prop").write_text(PROPERTIES)
     document = read(emitted(tmp_path))
     answers: dict[int, Answer] = {}
-    abc.decide(document.circuit, answers.__setitem__, 60, None, abc.find())
+    abc.decide(document.circuit, answers.__setitem__, 60, abc.find())
     names = document.names.bad
     reached = {name for place, name in enumerate(names) if isinstance(answers[place], Reachable)}
     assert "unsettled" not in reached

@@ -77,7 +77,7 @@ def unusable(program: str) -> str:
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:
-        _prove(AbcQuestion(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program, ROUNDS[0][1])
+        _prove(AbcQuestion(circuit, [0, 1, 2]), answers.__setitem__, 10.0, program, ROUNDS[0][1])
     except _Stopped as reason:
         return str(reason)
     kinds = [type(answers.get(place)) for place in range(3)]
@@ -89,18 +89,17 @@ def unusable(program: str) -> str:
 def decide(
     circuit: Circuit,
     say: SayAnswer,
-    seconds: float | None,
-    memory_mib: int | None,
+    seconds: float,
     program: str,
     rounds: slice = BOTH,
     stop: Callable[[], bool] = lambda: False,
 ) -> None:
     """Say the answer to each bad literal, by its place; claims of the program that are not confirmed are `Open`.
 
-    `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
-    `rounds`: which are run; what the first leaves open the second asks of a smaller circuit, unless it is to `stop`.
+    `program`: its path. It has so many seconds of a processor. Once an answer is known it is said. `rounds`: which are
+    run; what the first leaves open the second asks of a smaller circuit, unless it is to `stop`.
     """
-    end = None if seconds is None else _spent() + seconds
+    end = _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
     left = dict.fromkeys(range(len(circuit.bad)))
 
@@ -118,11 +117,10 @@ def decide(
         if left and (why := unusable(program)):
             raise _Stopped(why)
         scripts = ROUNDS if len(left) > 1 else ALONE
-        for share, script in scripts[-1:] if seconds is None else scripts[rounds]:
+        for share, script in scripts[rounds]:
             if left and not stop():
-                each = 0.0 if seconds is None else max(2.0, seconds / share)
-                question = AbcQuestion(circuit, list(left))
-                reason = _prove(question, tell, _remaining(end), memory_mib, program, script, each)
+                each = max(2.0, seconds / share)
+                reason = _prove(AbcQuestion(circuit, list(left)), tell, _remaining(end), program, script, each)
     except _Stopped as stopped:
         reason = str(stopped)
     for place in list(left):
@@ -140,7 +138,7 @@ def unrolled(circuit: Circuit, program: str) -> dict[int, Inputs]:
     question = AbcQuestion(replace(circuit, latches=circuit.support(circuit.bad)), range(len(circuit.bad)))
     if not unusable(program):
         with suppress(_Stopped):
-            _confirm_runs(question, _asked(question, UNROLL, BRIEF, None, program).runs, say)
+            _confirm_runs(question, _asked(question, UNROLL, BRIEF, program).runs, say)
     return found
 
 
@@ -150,32 +148,22 @@ def _spent() -> float:
     return times.children_user + times.children_system
 
 
-def _remaining(end: float | None) -> float | None:
+def _remaining(end: float) -> float:
     """Return the seconds that are left until `end`, as `_spent` counts. Raises `_Stopped` if there are none."""
-    if end is None:
-        return None
     left = end - _spent()
     if left <= 0:
         raise _Stopped("time limit")
     return left
 
 
-def _prove(
-    question: AbcQuestion,
-    say: SayAnswer,
-    seconds: float | None,
-    memory: int | None,
-    program: str,
-    script: str,
-    each: float = 0.0,
-) -> str:
+def _prove(question: AbcQuestion, say: SayAnswer, seconds: float, program: str, script: str, each: float = 0.0) -> str:
     """Say what is proved or reached, and return why nothing is said of the rest. Raises `_Stopped`.
 
     `each`: the seconds that one question may cost, if there is a limit.
     """
-    whole = 0 if seconds is None else max(1, int(seconds * 0.8))
+    whole = max(1, int(seconds * 0.8))
     begun = _spent()
-    claims = _asked(question, script.format(seconds=whole, each=int(each * 1000)), seconds, memory, program)
+    claims = _asked(question, script.format(seconds=whole, each=int(each * 1000)), seconds, program)
     reached = _confirm_runs(question, claims.runs, say)
     known = tally(claims.printed)
     unclaimed = set(range(len(question.places))) if known is None or not known.proved else known.late
@@ -184,7 +172,7 @@ def _prove(
         say(place, Unreachable(kept))
     if known is None:
         return f"{program} printed nothing that says what it found"
-    late = seconds is not None and _spent() - begun > seconds * 0.7
+    late = _spent() - begun > seconds * 0.7
     return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
 
 
@@ -215,11 +203,11 @@ def _confirm_runs(question: AbcQuestion, found: Mapping[int, Inputs], say: SayAn
     return reached
 
 
-def _asked(question: AbcQuestion, script: str, seconds: float | None, memory: int | None, program: str) -> _Claims:
+def _asked(question: AbcQuestion, script: str, seconds: float, program: str) -> _Claims:
     """Return what the program claims. Raises `_Stopped`."""
     with TemporaryDirectory(prefix="exover-") as name:
         folder = Path(name)
-        printed = _ran(question, script, folder, seconds, memory, program)
+        printed = _ran(question, script, folder, seconds, program)
         try:
             cubes = clauses(_text(folder / "invariant.pla"))
             shown = runs(_text(folder / "runs.txt"), max(1, len(question.circuit.inputs)))
@@ -232,22 +220,15 @@ def _asked(question: AbcQuestion, script: str, seconds: float | None, memory: in
     return _Claims(found, question.invariant(cubes), printed)
 
 
-def _ran(
-    question: AbcQuestion, script: str, folder: Path, seconds: float | None, memory: int | None, program: str
-) -> str:
+def _ran(question: AbcQuestion, script: str, folder: Path, seconds: float, program: str) -> str:
     """Run the program on a question, written into a folder, and return what it prints. Raises `_Stopped`."""
     (folder / "circuit.aig").write_bytes(question.written())
     try:
-        ended = run(
-            _limited([program, "-s", "-q", script], memory),
-            folder,
-            seconds=None if seconds is None else seconds * SLACK,
-        )
+        ended = run([program, "-s", "-q", script], folder, seconds=seconds * SLACK)
     except (NotRunnable, TimeoutError) as reason:
         raise _Stopped(str(reason)) from reason
     if ended.status:
-        limit = f"; it had {memory} MiB of memory" if memory is not None else ""
-        raise _Stopped(f"{program} {ended.how}{limit}")
+        raise _Stopped(f"{program} {ended.how}")
     return ended.printed
 
 
@@ -255,10 +236,3 @@ def _text(file: Path) -> str:
     with suppress(FileNotFoundError):
         return file.read_text("utf-8", "replace")
     return ""
-
-
-def _limited(command: list[str], memory: int | None) -> list[str]:
-    """Return a command that is limited to so many MiB of memory, on POSIX."""
-    if memory is None or os.name != "posix":
-        return command
-    return ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(memory * 1024), *command]

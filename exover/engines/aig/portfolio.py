@@ -110,7 +110,7 @@ class Portfolio:
                 del left[asked[place]]
                 self._learn(strong.answer(answer), asked[place], said)
 
-        abc.decide(strong.circuit, claimed, seconds, None, self.program, rounds, stop)
+        abc.decide(strong.circuit, claimed, seconds, self.program, rounds, stop)
         return list(left)
 
     def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:

@@ -41,7 +41,7 @@ print("Output 0 was asserted in frame 2"); print("{TALLY.format(0, 1, 0)}")
 """
 
 
-def decided(circuit: Circuit, program: str, seconds: float | None = 60, memory: int | None = None) -> dict[int, Answer]:
+def decided(circuit: Circuit, program: str, seconds: float = 60) -> dict[int, Answer]:
     """Return what is said of each question, each once."""
     found: dict[int, Answer] = {}
     told: Counter[int] = Counter()
@@ -50,7 +50,7 @@ def decided(circuit: Circuit, program: str, seconds: float | None = 60, memory: 
         found[place] = answer
         told[place] += 1
 
-    abc.decide(circuit, say, seconds, memory, program)
+    abc.decide(circuit, say, seconds, program)
     assert told == dict.fromkeys(range(len(circuit.bad)), 1)
     return found
 
@@ -109,13 +109,7 @@ def test_circuits_without_inputs_latches_or_conjunctions() -> None:
 @needs_abc
 def test_equal_questions_have_equal_answers() -> None:
     circuit = random_circuit(3)
-    assert decided(circuit, abc.find(), None) == decided(circuit, abc.find(), None)
-
-
-@needs_abc
-def test_memory_is_limited() -> None:
-    (answer,) = decided(counter(3, 5, 7), abc.find(), memory=8).values()
-    assert isinstance(answer, Open) and "it had 8 MiB of memory" in answer.reason
+    assert decided(circuit, abc.find()) == decided(circuit, abc.find())
 
 
 @pytest.mark.parametrize(
@@ -195,7 +189,7 @@ def test_what_is_left_open_is_asked_of_a_smaller_circuit_if_that_is_wanted(
     said: list[Answer] = []
     asked = tmp_path / "asked"
     program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
-    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, None, program, rounds)
+    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, program, rounds)
     assert [type(each) for each in said] == [Open]
     assert ["&fraig" in script for script in asked.read_text().splitlines()] == reduced
 
@@ -206,7 +200,7 @@ def test_it_is_not_asked_again_when_it_is_to_stop(fake: Callable[[str], str], tm
     asked = tmp_path / "asked"
     program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
     circuit = counter(3, 5, 7)
-    abc.decide(circuit, lambda _, answer: said.append(answer), 60, None, program, BOTH, asked.exists)
+    abc.decide(circuit, lambda _, answer: said.append(answer), 60, program, BOTH, asked.exists)
     assert [type(each) for each in said] == [Open]
     assert len(asked.read_text().splitlines()) == 1
 
