@@ -10,7 +10,7 @@ machine is busy with. By the clock it has `SLACK` times as long.
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -20,7 +20,17 @@ from tempfile import TemporaryDirectory
 from exover.dataclass import dataclass
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.abc_question import AbcQuestion
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import (
+    Answer,
+    Clause,
+    Inputs,
+    Open,
+    Reachable,
+    SayAnswer,
+    StopRequested,
+    Unreachable,
+    never,
+)
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
@@ -92,7 +102,7 @@ def decide(
     seconds: float,
     program: str,
     rounds: slice = BOTH,
-    stop: Callable[[], bool] = lambda: False,
+    stop: StopRequested = never,
 ) -> None:
     """Say the answer to each bad literal, by its place; claims of the program that are not confirmed are `Open`.
 

@@ -46,3 +46,10 @@ SayAnswer = Callable[[int, Answer], None]
 """Takes the index of a bad literal, and the answer."""
 SaySettled = Callable[[int, Settled], None]
 """The same; the answer may be `Inductive`, too."""
+StopRequested = Callable[[], bool]
+"""Returns whether no more answers are wanted; it is polled."""
+
+
+def never() -> bool:
+    """Return False: all answers are wanted."""
+    return False

@@ -1,9 +1,9 @@
 """The frames of PDR, and a solver: clauses of frame `k` hold in every state that at most `k` steps reach."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
-from exover.engines.aig.answer import Clause
+from exover.engines.aig.answer import Clause, StopRequested
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, Reached
 from exover.engines.aig.solver import Exhausted, Solver
@@ -19,7 +19,7 @@ class Frames:
     RENEW = 300
     """After how many dropped temporary clauses the solver is made anew."""
 
-    def __init__(self, circuit: Circuit, known: Iterable[Clause], reached: Reached, stop: Callable[[], bool]) -> None:
+    def __init__(self, circuit: Circuit, known: Iterable[Clause], reached: Reached, stop: StopRequested) -> None:
         self.circuit, self.reached, self.stop = circuit, reached, stop
         self.latches = [latch for latch in circuit.latches if 2 * latch.node in reached.words]
         self.following = {latch.node: latch.next for latch in self.latches}

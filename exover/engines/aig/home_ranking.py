@@ -11,12 +11,12 @@ What a rule launches again and again, as while a latch holds that some request e
 count, and may be active in home states.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 from dataclasses import replace
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Unreachable
+from exover.engines.aig.answer import Answer, StopRequested, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Graph, Literal
 from exover.engines.aig.home_states import HomeSpace, StepInputs
@@ -34,7 +34,7 @@ def home_space(
     graph: Graph,
     readings: Iterable[frozenset[int] | None],
     decide: Decide,
-    stop: Callable[[], bool],
+    stop: StopRequested,
 ) -> HomeSpace | None:
     """Return home states to which reports and observations lead from every reachable state; None if none are found.
 
@@ -217,7 +217,7 @@ class _Ranking:
 
     # ---- reachable states ----
 
-    def proved(self, decide: Decide, stop: Callable[[], bool]) -> HomeSpace | None:
+    def proved(self, decide: Decide, stop: StopRequested) -> HomeSpace | None:
         """Return the home states; None if a case is left after it was asked which are reachable."""
         if any(self.cost):
             self._ask(decide, stop)
@@ -227,7 +227,7 @@ class _Ranking:
         freed = tuple(slot.events[0] for slot in self._home.slots() if slot.request in self.free)
         return replace(self._home, free=frozenset(self.free), reports=(*self._reports, *freed))
 
-    def _ask(self, decide: Decide, stop: Callable[[], bool]) -> None:
+    def _ask(self, decide: Decide, stop: StopRequested) -> None:
         """Ask which of the cases that are left without free requests are unreachable, and close these."""
         self.free = set()
         self._sort()

@@ -11,12 +11,12 @@ from dataclasses import field
 from itertools import islice
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, StopRequested, Unreachable
 from exover.engines.aig.cnf import Cnf
 from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
-Decide = Callable[[Circuit, SayAnswer, Callable[[], bool]], None]
+Decide = Callable[[Circuit, SayAnswer, StopRequested], None]
 """A model checker: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
 StatesOfKind = tuple[Literal, Literal]
 """A kind of states, `(where, holds)`: those of a set that is easily described, in which something holds."""
@@ -41,7 +41,7 @@ class Implicants:
     following: Sequence[Literal]
     always: Literal
     decide: Decide
-    stop: Callable[[], bool]
+    stop: StopRequested
     clauses: dict[Clause, None] = field(default_factory=dict)
     """What was proved: an inductive invariant."""
     excluded: dict[PartOfKind, None] = field(default_factory=dict)

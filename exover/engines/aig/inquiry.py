@@ -13,7 +13,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, StopRequested, Unreachable
 from exover.engines.aig.bad_states import BadStates
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
@@ -165,7 +165,7 @@ class Inquiry:
         portfolio = self.bad_states.portfolio.copy(encoding)
         runs = list(self.bad_states.runs)
 
-        def solve(circuit: Circuit, say: SayAnswer, stop: Callable[[], bool]) -> None:
+        def solve(circuit: Circuit, say: SayAnswer, stop: StopRequested) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget, stop)
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:

@@ -7,13 +7,23 @@ holds a state that was reached in simulation is an answer. Clauses may exclude s
 can say more with fewer literals, and those that are no part of an invariant fall behind as the frames grow.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import count
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import (
+    Answer,
+    Clause,
+    Inputs,
+    Open,
+    Reachable,
+    SayAnswer,
+    StopRequested,
+    Unreachable,
+    never,
+)
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
@@ -243,7 +253,7 @@ def decide(
     runs: Runs | None = None,
     known: Iterable[Clause] = (),
     budget: int = 50_000_000,
-    stop: Callable[[], bool] = lambda: False,
+    stop: StopRequested = never,
 ) -> tuple[Clause, ...]:
     """Say the answer to each bad literal that is asked about (by index; all if `None`), as soon as it is found.
 

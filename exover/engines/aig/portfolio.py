@@ -1,12 +1,23 @@
 """Model checkers for the questions of one graph: ABC if it is there, then embedded PDR for what it leaves open."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.abc import BOTH, FIRST
-from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, SaySettled, Settled, Unreachable
+from exover.engines.aig.answer import (
+    Answer,
+    Inductive,
+    Inputs,
+    Open,
+    SayAnswer,
+    SaySettled,
+    Settled,
+    StopRequested,
+    Unreachable,
+    never,
+)
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.mutual_induction import mutually_inductive
 from exover.engines.aig.pdr import decide
@@ -51,7 +62,7 @@ class Portfolio:
         said: SayAnswer,
         seconds: float,
         budget: int,
-        stop: Callable[[], bool] = lambda: False,
+        stop: StopRequested = never,
     ) -> None:
         """Answer questions of a circuit of the graph, by index; the invariants of proofs become lemmas.
 
@@ -96,7 +107,7 @@ class Portfolio:
         said: SayAnswer,
         seconds: float,
         rounds: slice = BOTH,
-        stop: Callable[[], bool] = lambda: False,
+        stop: StopRequested = never,
     ) -> list[int]:
         """Answer questions by ABC; return the indices of those that it leaves open, of which nothing is said."""
         if not asked:

@@ -15,7 +15,7 @@ from functools import cached_property, partial, reduce
 from operator import or_
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, StopRequested, Unreachable, never
 from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.coverage import coverage_goals
 from exover.engines.aig.encoder import Encoding
@@ -94,7 +94,7 @@ class WaysBudget:
     tries: int = 32
     rounds: int = 12
     proofs: int = 12
-    stop: Callable[[], bool] = lambda: False
+    stop: StopRequested = never
 
 
 @dataclass
