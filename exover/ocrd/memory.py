@@ -19,6 +19,10 @@ from exover.ocrd.vector import rank
 
 IDLE, RUNNING, STOPPING = range(3)
 EMPTY, WAITING, CLEARING = range(3)
+SLOT_COUNTERS = {RUNNING: "running", STOPPING: "stopping"}
+"""By phase of a slot the column of a feature that names the entry which counts it."""
+PLACE_COUNTERS = {WAITING: "waiting", CLEARING: "clearing"}
+"""The same by phase of a waiting place."""
 
 
 @dataclass
@@ -125,31 +129,29 @@ class Memory:
     def set_slot(self, request: int, slot: int, phase: int, args: Args) -> None:
         """Give a slot a phase and arguments, and count it in the entries of its request as it is now."""
         number = self.tables.requests[request].slots + slot
-        names = {RUNNING: "running", STOPPING: "stopping"}
         if self.phase[number] != IDLE:
-            self._count(request, self.slot_args[number], slot, names[self.phase[number]], -1)
+            self._count(request, self.slot_args[number], slot, SLOT_COUNTERS[self.phase[number]], -1)
         self.phase[number], self.slot_args[number] = phase, args
         if phase != IDLE:
-            self._count(request, args, slot, names[phase], 1)
+            self._count(request, args, slot, SLOT_COUNTERS[phase], 1)
         self.changed = True
 
     def set_place(self, request: int, phase: int, args: Args) -> None:
         """Give a waiting place a phase and arguments, and count it as `set_slot` does; nothing if it has them."""
         if self.place[request] == phase and self.place_args[request] == args:
             return
-        names = {WAITING: "waiting", CLEARING: "clearing"}
         if self.place[request] != EMPTY:
-            self._count(request, self.place_args[request], NONE, names[self.place[request]], -1)
+            self._count(request, self.place_args[request], NONE, PLACE_COUNTERS[self.place[request]], -1)
         self.place[request], self.place_args[request] = phase, args
         if phase != EMPTY:
-            self._count(request, args, NONE, names[phase], 1)
+            self._count(request, args, NONE, PLACE_COUNTERS[phase], 1)
         self.changed = True
 
     def read(self, variable: int, value: Value) -> None:
         """Give a poster, state or latch this value, and update the counters that depend on it."""
         row = self.tables.variables[variable]
         held = [
-            (request, slot, {RUNNING: "running", STOPPING: "stopping"}[self.phase[number]], self.slot_args[number])
+            (request, slot, SLOT_COUNTERS[self.phase[number]], self.slot_args[number])
             for request in self.tables.lists[row.refresh : row.refresh_end]
             for slot in range(self.tables.requests[request].instances)
             if self.phase[number := self.tables.requests[request].slots + slot] != IDLE
