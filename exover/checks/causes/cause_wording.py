@@ -1,7 +1,6 @@
 """Obstacles of launches, and the values of a state that matter for them, in words."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from types import MappingProxyType
 
 from exover.checks.causes.blocking import Blocked, reason_reads
 from exover.model.decision import Decisions
@@ -39,7 +38,7 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     given = [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
     launched = Decisions(model).launching(state, request, link.args, 0) if rules else None
-    told = read_there(model, state, read, given, where, arguments_read([*guards, *rules]), launched)
+    told = read_there(model, state, read, where, arguments_read([*guards, *rules]), given, launched)
     return ", ".join([f"`{reason.rule}`{because}{more}", *told])
 
 
@@ -89,9 +88,9 @@ def read_there(
     model: Model,
     state: State,
     read: Iterable[Read],
+    where: str,
+    asked: Mapping[Read, Sequence[str]],
     given: Sequence[str] = (),
-    where: str = "there",
-    asked: Mapping[Read, Sequence[str]] = MappingProxyType({}),
     launched: State | None = None,
 ) -> list[str]:
     """Return `given` and the values of a state that are `read`, as at most one part of a sentence.

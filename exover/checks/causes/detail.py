@@ -126,7 +126,7 @@ def _property(broken: BrokenFinding) -> str:
     elif state is not None:
         where = "at the end of the run" if prop.form == "ctl" else "there"
         read = (each for condition in conditions(prop.formula) for each in sorted(reads(condition)))
-        parts += read_there(broken.model, state, read, where=where, asked=arguments_read(conditions(prop.formula)))
+        parts += read_there(broken.model, state, read, where, arguments_read(conditions(prop.formula)))
         if prop.form in ("always possible", "from possible"):
             missed = _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
             parts += missed or kept_from_truth(broken, state, goals(prop.formula))
