@@ -173,14 +173,16 @@ class PdrRun:
                 if index not in left:
                     continue
                 limit = min(granted, budget - self.spent[index])
-                match self._try(index, top, limit):
-                    case None:
-                        left.remove(index)
-                        late.append(index)
-                    case Reachable() as answer:
-                        left.remove(index)
-                        self.say(index, answer)
-                        self._explore(answer.inputs, left, late)
+                try:
+                    run = self._blocked(index, top, limit)
+                except Exhausted:
+                    left.remove(index)
+                    late.append(index)
+                    continue
+                if run is not None:
+                    left.remove(index)
+                    self.say(index, Reachable(run))
+                    self._explore(run, left, late)
             if not left:
                 return late
             self.frames.granted = None
@@ -220,17 +222,17 @@ class PdrRun:
             self.seen |= dict.fromkeys(answer.inputs)
             self.say(index, answer)
 
-    def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
-        """Return a run to a bad literal, True if it is excluded from the frames up to `top`, None if work ran out."""
+    def _blocked(self, index: int, top: int, limit: int) -> Inputs | None:
+        """Exclude a bad literal from the frames up to `top`, or return a run that makes it true.
+
+        Raises `Exhausted` after `limit` propagations.
+        """
         before = self.frames.work
         self.frames.granted = before + limit
         try:
-            inputs = self.search.blocked(self.frames.circuit.bad[index], top)
-        except Exhausted:
-            return None
+            return self.search.blocked(self.frames.circuit.bad[index], top)
         finally:
             self.spent[index] += self.frames.work - before
-        return True if inputs is None else Reachable(inputs)
 
     def _unproved(self, asked: Iterable[int]) -> list[int]:
         """Answer what is excluded by clauses that hold forever; return the others."""
