@@ -243,7 +243,7 @@ class Encoding:
         if word.sort != "Bool":
             span = self.latches.spans[name]
             word = self.terms.narrowed(word, span.low, span.high)[0] if word.sort == "Int" else word
-            literals = self.terms._from(word, span.low)
+            literals = self.terms.offset_bits(word, span.low)
         return [*literals, *[FALSE] * wide][:wide]
 
     def follow(self, latch: Literal, after: Literal) -> None:

@@ -160,12 +160,16 @@ class Frames:
 
     def learn(self, cube: Cube, level: int) -> None:
         """Exclude a cube from the frames up to this one."""
-        self._gate(level)
         literals = set(cube)
-        for lower in range(1, level + 1):
-            self.levels[lower] = [other for other in self.levels[lower] if not literals.issubset(other)]
-        self.levels[level].append(cube)
+        for cubes in self.levels[1 : level + 1]:
+            cubes[:] = [other for other in cubes if not literals.issubset(other)]
         self.uses.update(cube)
+        self.raise_to(cube, level)
+
+    def raise_to(self, cube: Cube, level: int) -> None:
+        """Exclude a cube from this frame, too; lower ones exclude it already."""
+        self._gate(level)
+        self.levels[level].append(cube)
         self._exclude(cube, self._gates[level])
 
     def excluded(self, cube: Cube, level: int) -> bool:

@@ -108,6 +108,10 @@ class Graph:
     """Nodes of latches, with their values at the start."""
     _known: dict[tuple[Literal, Literal], Literal] = field(default_factory=dict)
 
+    def copy(self) -> "Graph":
+        """Return a copy: what is added to one is not in the other."""
+        return Graph(list(self.fanins), list(self.inputs), list(self.latches), dict(self._known))
+
     def input(self) -> Literal:
         """Return a new input."""
         self.inputs.append(len(self.fanins))

@@ -124,9 +124,7 @@ class Search:
                 if frames.enters(level, cube):
                     kept.append(cube)
                 else:
-                    frames._gate(level + 1)
-                    frames.levels[level + 1].append(cube)
-                    frames._exclude(cube, frames._gates[level + 1])
+                    frames.raise_to(cube, level + 1)
             frames.levels[level] = kept
             if not kept and any(frames.levels[level + 1 :]):
                 frames.settle(level)

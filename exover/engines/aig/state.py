@@ -141,7 +141,7 @@ class Latches(Layout):
     def _positions(self, word: Word, grid: Grid) -> list[Literal]:
         """Return literals that are true of positions which doubles have: on a constant the place is 0."""
         terms, places = self.terms, grid.places
-        bits = terms._from(word, 0)
+        bits = terms.offset_bits(word, 0)
         cell, place = bits[places:], bits[:places]
         odd = cell[0] if cell else FALSE
         found = [terms.graph.conjunction(odd, terms.graph.any(place)) ^ 1]
@@ -195,7 +195,7 @@ class Reembedding:
         assert span.grid is not None
         graph, places = latches.terms.graph, span.grid.places
         old = as_word(latches.vars[name])
-        bits = latches.terms._padded(old.bits, latches.literals[name])[0]
+        bits = latches.terms.padded(old.bits, latches.literals[name])[0]
         shifts = self.shifts[name] = self.shared.get(name) or [graph.input() for _ in range(places)]
         self.inputs += [shift >> 1 for shift in shifts]
         moved = [*map(graph.differ, bits, shifts), *bits[places:]]

@@ -14,11 +14,6 @@ Symbolic = Mapping[int, Literal]
 """A symbolic state: by node of a latch its literal."""
 
 
-def copied(graph: Graph) -> Graph:
-    """Return a copy of a graph: what is added to one is not in the other."""
-    return Graph(list(graph.fanins), list(graph.inputs), list(graph.latches), dict(graph._known))
-
-
 @dataclass
 class SymbolicSimulation:
     """Runs of constant inputs from one symbolic state; runs that begin alike share the steps that they share.

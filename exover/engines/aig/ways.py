@@ -34,7 +34,6 @@ from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Stimulus
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.symbolic_simulation import copied
 from exover.engines.aig.way_literals import WayEncoder
 from exover.engines.aig.word_simulation import WordSimulation
 from exover.engines.aig.words import lit
@@ -123,7 +122,7 @@ class Ways:
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
-        self.graph = copied(self.encoding.graph)
+        self.graph = self.encoding.graph.copy()
         self.cone = whole_evaluator(self.circuit)
         self.rehearsal = WordSimulation(self.circuit, self.cone)
         self.hard: set[int] = set()

@@ -132,7 +132,7 @@ class Words(Terms):
             return self.bit(self.graph.choose(guard, lit(then), lit(otherwise)))
         one, other = self._alike(then, otherwise)
         low, high = min(one.low, other.low), max(one.high, other.high)
-        pairs = zip(*self._padded(self._from(one, low), self._from(other, low)), strict=True)
+        pairs = zip(*self.padded(self.offset_bits(one, low), self.offset_bits(other, low)), strict=True)
         return self.word([self.graph.choose(guard, a, b) for a, b in pairs], low, high, one.grid)
 
     def selected(self, cases: Sequence[tuple[Term, Term]], otherwise: Term) -> Term:
@@ -148,7 +148,7 @@ class Words(Terms):
             return self.bit(graph.any(graph.conjunction(lit(g), lit(v)) for g, v in alternatives))
         words = [self._alike(value, otherwise)[0] for _, value in alternatives]
         low, high = min(w.low for w in words), max(w.high for w in words)
-        rows = [self._from(word, low) for word in words]
+        rows = [self.offset_bits(word, low) for word in words]
         wide = max(map(len, rows))
         rows = [(*row, *[FALSE] * (wide - len(row))) for row in rows]
         chosen = [
@@ -206,7 +206,7 @@ class Words(Terms):
         if kind == "<=" and one.high <= other.low:
             return self.true
         low, graph = min(one.low, other.low), self.graph
-        pairs = list(zip(*self._padded(self._from(one, low), self._from(other, low)), strict=True))
+        pairs = list(zip(*self.padded(self.offset_bits(one, low), self.offset_bits(other, low)), strict=True))
         if kind == "=":
             return self.bit(graph.all(graph.differ(a, b) ^ 1 for a, b in pairs))
         least = TRUE
@@ -222,7 +222,7 @@ class Words(Terms):
         first, last = self.constant(low, "Int"), self.constant(high, "Int")
         outside = lit(self.either((self.less(word, first), self.less(last, word))))
         base = min(word.low, low)
-        shifted = self._subtracted(self._from(word, base), _number(low - base))
+        shifted = self._subtracted(self.offset_bits(word, base), _number(low - base))
         return self.word((*shifted, *[FALSE] * (high - low).bit_length()), low, high), outside
 
     # ---- bits ----
@@ -244,11 +244,12 @@ class Words(Terms):
         position = grid.position(Fraction(term.number))
         return self.word((), position, position, grid)
 
-    def _from(self, word: Word, low: int) -> Bits:
+    def offset_bits(self, word: Word, low: int) -> Bits:
         """Return the bits of `word - low`; `low` is at most `word.low`."""
         return self._added(word.bits, _number(word.low - low))
 
-    def _padded(self, one: Bits, other: Bits) -> tuple[Bits, Bits]:
+    def padded(self, one: Bits, other: Bits) -> tuple[Bits, Bits]:
+        """Return two numbers with the bits of the longer one."""
         wide = max(len(one), len(other))
         return (*one, *[FALSE] * (wide - len(one))), (*other, *[FALSE] * (wide - len(other)))
 
@@ -256,7 +257,7 @@ class Words(Terms):
         if not one or not other:
             return one or other
         carry, found = FALSE, []
-        for a, b in zip(*self._padded(one, other), strict=True):
+        for a, b in zip(*self.padded(one, other), strict=True):
             found.append(self.graph.differ(self.graph.differ(a, b), carry))
             carry = self._majority(a, b, carry)
         found += [carry] if carry != FALSE else []
@@ -266,7 +267,7 @@ class Words(Terms):
     def _subtracted(self, one: Bits, other: Bits) -> Bits:
         """Return `one - other`, modulo a power of two that holds both."""
         carry, found = TRUE, []
-        for a, b in zip(*self._padded(one, other), strict=True):
+        for a, b in zip(*self.padded(one, other), strict=True):
             found.append(self.graph.differ(self.graph.differ(a, b ^ 1), carry))
             carry = self._majority(a, b ^ 1, carry)
         return tuple(found)

@@ -16,7 +16,6 @@ from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide
 from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
 from exover.engines.aig.solver import Solver
-from exover.engines.aig.symbolic_simulation import copied
 from exover.engines.aig.words import lit
 from exover.model.property import NO_PROPERTIES
 from tests.engines.aig.runs import known_runs
@@ -66,7 +65,7 @@ def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[
 def home_of(spec: str, decide: Decide = unasked) -> tuple[Encoding, HomeSpace | None]:
     encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
     _ = encoding.owed, encoding.domain
-    return encoding, home_space(encoding, copied(encoding.graph), [None], decide, lambda: False)
+    return encoding, home_space(encoding, encoding.graph.copy(), [None], decide, lambda: False)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +98,7 @@ def test_there_is_no_home_where_no_report_of_a_slot_is_a_step() -> None:
     assert home is not None
     events = [event for event in encoding.events if (event.kind.verb, event.kind.name) == ("report", "m.on")]
     encoding.legal = encoding.graph.all((encoding.legal, *(lit(event.chosen) ^ 1 for event in events)))
-    assert home_space(encoding, copied(encoding.graph), [None], unasked, lambda: False) is None
+    assert home_space(encoding, encoding.graph.copy(), [None], unasked, lambda: False) is None
 
 
 def test_readings_are_taken_with_which_home_states_are_found() -> None:
@@ -109,7 +108,7 @@ def test_readings_are_taken_with_which_home_states_are_found() -> None:
     assert home.free == {"m.heat"}
     (literal,) = encoding.latches.literals["cold"]
     warm = frozenset(node for node, initial in encoding.graph.latches if initial and node != literal >> 1)
-    found = home_space(encoding, copied(encoding.graph), [warm, None], unasked, lambda: False)
+    found = home_space(encoding, encoding.graph.copy(), [warm, None], unasked, lambda: False)
     assert found is not None
     assert not found.free
     assert not found.fixed[literal >> 1]
@@ -143,7 +142,7 @@ def test_reports_and_observations_lead_there(spec: str) -> None:
 
 def test_what_is_active_again_after_its_report_is_newly_active() -> None:
     encoding, _ = home_of(AGAIN)
-    graph = copied(encoding.graph)
+    graph = encoding.graph.copy()
     active = encoding.latches.slots["m.off", 0].active
     (before,) = encoding.latches.literals[active]
     (report,) = (lit(e.chosen) for e in encoding.events if str(e.kind) == "report m.off[0] ok")
