@@ -212,13 +212,9 @@ class Counting:
                 rows = tables.orders[row.orders : row.orders_end]
                 reading = {order.entry for order in rows if -1 - number in (order.left, order.right)}
                 features = tables.features[row.features : row.features_end]
-                read = any(reading & self._tested(feature.predicate) for feature in features) if reading else False
+                read = any(reading & tables.tested(feature.predicate) for feature in features) if reading else False
                 if read and request not in tables.lists[variable.refresh : variable.refresh_end]:
                     yield f"the requests that look at `{self._names[number]}`"
-
-    def _tested(self, root: int) -> set[int]:
-        nodes = self.compiled.tables.nodes
-        return {nodes[n].code for n in self.compiled.tables.below(root) if nodes[n].code >= 0}
 
 
 def _of_all_slots(quantity: Quantity) -> Quantity:

@@ -46,10 +46,6 @@ class Records:
         """The constants that reals are compared with, by (request, parameter) or (None, poster)."""
         return Vocabulary(self.model).thresholds
 
-    def tested(self, root: int) -> set[int]:
-        """Return the entries that the nodes below a root test."""
-        return {self.tables.nodes[n].code for n in self.tables.below(root) if self.tables.nodes[n].code >= 0}
-
 
 def kinds_of_events(model: Model) -> Iterator[tuple[str, str, Location]]:
     """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
@@ -83,7 +79,7 @@ def unwatched(records: Records) -> Iterator[str]:
     """Yield the entries whose change is not told to exactly the rules that test them."""
     testing: dict[int, set[int]] = {}
     for number, rule in enumerate(records.tables.rules):
-        for entry in records.tested(rule.root):
+        for entry in records.tables.tested(rule.root):
             testing.setdefault(entry, set()).add(number)
     for entry, row in enumerate(records.tables.entries):
         if set(records.tables.lists[row.rules : row.rules_end]) != testing.get(entry, set()):

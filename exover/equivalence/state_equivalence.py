@@ -324,7 +324,7 @@ def _same_predicate(loop: ClosedLoop, number: int, predicate: int, where: Cond |
         held = [kind.args + more for kind in arguments.classes for more in arguments.result_samples]
     params = (*arguments.params, *arguments.results) if results else arguments.params
     return all(
-        arguments.agrees(predicate, arguments.loaded(values))
+        arguments.loader.agrees(predicate, arguments.loader.loaded(values))
         == applies(loop.model, arguments.nothing, where, Scope(bind(params, values)))
         for values in held
     )

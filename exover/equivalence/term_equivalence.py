@@ -209,7 +209,7 @@ class TermComparison:
             roots = [each.predicate for each in self.tables.features[row.features : row.features_end]]
             roots += [each.predicate for each in self.tables.pasts[row.pasts : row.pasts_end]]
             roots += [each.predicate for each in self.tables.amounts[row.consumes : row.produces_end]]
-            tested = {entry for root in roots if root >= 0 for entry in self.records.tested(root)}
+            tested = {entry for root in roots if root >= 0 for entry in self.records.tables.tested(root)}
             read = [part for entry in tested for _, part in self.compiled.entries[entry]]
             if not all(isinstance(part, Arg | ArgRank | Order) and part.request == request.name for part in read):
                 yield f"what is told of the arguments of `{request.name}`"

@@ -51,6 +51,10 @@ class TrackedPredicates:
     pasts: dict[str, "TrackedPast"] = field(default_factory=dict)
     """What is told apart of the past, for each request whose past some condition reads."""
 
+    def constants(self, request: str, param: str) -> TrackedConstants:
+        """Return what conditions tell apart of a parameter."""
+        return self.params.get((request, param)) or TrackedConstants()
+
 
 def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicates:
     """Return what all conditions of the model and of the properties tell apart."""

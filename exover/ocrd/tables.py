@@ -300,3 +300,7 @@ class Tables:
                 node = self.nodes[number]
                 stack += [node.low] if node.code < 0 else [node.high, node.low]
         return sorted(found)
+
+    def tested(self, root: int) -> set[int]:
+        """Return the entries that the nodes of the diagram with this root test."""
+        return {self.nodes[number].code for number in self.below(root) if self.nodes[number].code >= 0}

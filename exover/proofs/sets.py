@@ -85,9 +85,9 @@ class Sets:
             case ("past", int(request)):
                 if value == 0:
                     return f"(not past.{request})"
-                arguments, split = loop.arguments[request], len(loop.arguments[request].params)
+                pasts, split = loop.arguments[request].pasts, len(loop.arguments[request].params)
                 held = self._kinds(
-                    key, request, f"past.{request}", lambda args: arguments.past_kind(args[:split], args[split:]), True
+                    key, request, f"past.{request}", lambda args: pasts.number(args[:split], args[split:]), True
                 )
                 return conjunction([f"past.{request}", held[value - 1]])
             case ("happened", int(number)):
@@ -154,12 +154,12 @@ class Sets:
         """Return the cell of a value of the k-th argument: of a real its rank among the cuts, else the value itself."""
         arguments = self.space.loop.arguments[request]
         field = (*arguments.params, *arguments.results)[k]
-        return rank(arguments.cuts(k), float(value)) if isinstance(field.type, Real) else value
+        return rank(arguments.sampler.cuts(k), float(value)) if isinstance(field.type, Real) else value
 
     def _axis(self, request: int, k: int, parameter: Parameter, name: str, axis: Sequence[Value]) -> dict[Value, str]:
         """Return, by cell of the sample values, the condition that the k-th argument is in that cell."""
         if isinstance(parameter.type, Real):
-            cuts = self.space.loop.arguments[request].cuts(k)
+            cuts = self.space.loop.arguments[request].sampler.cuts(k)
             return {self._cell(request, k, value): inside(name, value, cuts) for value in axis}
         numbers = sorted(ordinal(parameter.type, value) for value in axis)
         return {value: between(name, numbers, ordinal(parameter.type, value)) for value in axis}

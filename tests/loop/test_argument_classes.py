@@ -32,7 +32,7 @@ def told(arguments: Arguments, args: Args, choice: tuple[int, ...]) -> tuple[int
         weight = 1
         if feature.weight != NONE:
             weight = ordinal(arguments.params[feature.weight].type, args[feature.weight])
-        found.append(weight if arguments.agrees(feature.predicate, entries) else 0)
+        found.append(weight if arguments.loader.agrees(feature.predicate, entries) else 0)
     return tuple(found)
 
 

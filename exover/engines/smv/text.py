@@ -124,7 +124,7 @@ class Text:
                 return self._arguments(request, [cell.args for cell in loop.arguments[request].cells])
             case ("past", int(request)):
                 fields = (*loop.arguments[request].params, *loop.arguments[request].results)
-                kinds = [named_text(fields, kind) for kind in loop.arguments[request].past_kinds]
+                kinds = [named_text(fields, kind) for kind in loop.arguments[request].pasts.representatives]
                 return _like(["none", *(kind or "there" for kind in kinds)])
             case ("reading", int(number)):
                 return _like([value_text(value) for value in loop.samples[number]])

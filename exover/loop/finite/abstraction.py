@@ -82,7 +82,7 @@ def _past(loop: ClosedLoop, request: int, state: State) -> int:
     if past is None:
         return 0
     split = len(loop.arguments[request].params)
-    return 1 + loop.arguments[request].past_kind(past[:split], past[split:])
+    return 1 + loop.arguments[request].pasts.number(past[:split], past[split:])
 
 
 def concretes(loop: ClosedLoop, event: LoopEvent, state: State) -> list[Event]:

@@ -254,7 +254,8 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     def consumed(self, newcomer: FiniteNewcomer, amount: t.AmountRow) -> Program:
         """Return the part by which the newcomer takes what it consumes."""
         var = self.index.get(("level", amount.stock))
-        if var is None or not self.arguments[newcomer.request].agrees(amount.predicate, dict(newcomer.cell.entries)):
+        loader = self.arguments[newcomer.request].loader
+        if var is None or not loader.agrees(amount.predicate, dict(newcomer.cell.entries)):
             return ()
         return (self._lowered(var, amount.stock, amount.amount),)
 
@@ -300,11 +301,11 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """Return the part that keeps the past and adds what is produced after an ok."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         past = self.index.get(("past", request))
-        ops: list[Op] = [Assign(past, 1 + arguments.past_kind(args, results))] if past is not None else []
-        loaded = arguments.loaded(args)
+        ops: list[Op] = [Assign(past, 1 + arguments.pasts.number(args, results))] if past is not None else []
+        loaded = arguments.loader.loaded(args)
         for amount in self.tables.amounts[row.produces : row.produces_end]:
             var = self.index.get(("level", amount.stock))
-            if var is not None and arguments.agrees(amount.predicate, loaded):
+            if var is not None and arguments.loader.agrees(amount.predicate, loaded):
                 capacity = self.tables.stocks[amount.stock].capacity
                 ops.append(Apply(var, tuple(min(capacity, n + amount.amount) for n in range(capacity + 1))))
         return tuple(ops)

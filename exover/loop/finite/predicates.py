@@ -120,8 +120,9 @@ class StatePredicates(SlotPredicates[S]):
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
             case HasPast(request, where):
                 arguments = self.loop.arguments[self.request[request]]
-                those = self._which(arguments.past_kinds, (*arguments.params, *arguments.results), where, None)
-                truths = [int(kind in those) for kind in range(len(arguments.past_kinds))]
+                kinds = arguments.pasts.representatives
+                those = self._which(kinds, (*arguments.params, *arguments.results), where, None)
+                truths = [int(kind in those) for kind in range(len(kinds))]
                 return [self._by_value(self.loop.index["past", self.request[request]], [0, *truths])]
             case LastOutcome(request):
                 return [self._by_value(self.loop.index["last", self.request[request]], list(range(len(OUTCOMES))))]

@@ -74,7 +74,7 @@ class RealOrders:
         order = self.arguments.poster_orders[which]
         row = self.arguments.tables.params[self.arguments.row.params + order.left]
         reals, poster = self.arguments.tables.reals, self.posters[-1 - order.right]
-        mine = RealCells(reals[row.low], reals[row.high], self.arguments.cuts(order.left))
+        mine = RealCells(reals[row.low], reals[row.high], self.arguments.sampler.cuts(order.left))
         return feasible(mine, poster, value, poster.samples[cell])
 
 

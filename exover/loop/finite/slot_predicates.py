@@ -112,7 +112,7 @@ class SlotPredicates(Generic[S]):
         number = self.request[request]
         arguments = self.loop.arguments[number]
         fields = (*arguments.params, *arguments.results)
-        those = self._which(arguments.past_kinds, fields, where, scope)
+        those = self._which(arguments.pasts.representatives, fields, where, scope)
         return self.space.among(self.loop.index["past", number], [1 + kind for kind in those])
 
     def ended(self, request: str, outcome: Outcome) -> S:

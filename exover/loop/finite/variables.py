@@ -185,13 +185,13 @@ class LoopStates:
         self._count(request)
 
     def _declare_memory(self, request: int) -> None:
-        """Declare the last outcome, and the past: 0 if there is none, else 1 plus its index in `past_kinds`."""
+        """Declare the last outcome, and the past: 0 if there is none, else 1 plus the number of its class."""
         row, arguments = self.tables.requests[request], self.arguments[request]
-        if arguments.remembers_past:
-            kinds = arguments.past_kinds
+        if arguments.pasts.remembered:
+            kinds = arguments.pasts.representatives
             var = self._declare(("past", request), 1 + len(kinds), 0)
             split = len(arguments.params)
-            truths = [arguments.pasts(kind[:split], kind[split:]) for kind in kinds]
+            truths = [arguments.pasts.entries(kind[:split], kind[split:]) for kind in kinds]
             for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
                 those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
                 self._term(past.entry, (((var, those),), 1))
