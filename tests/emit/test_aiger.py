@@ -18,6 +18,7 @@ from exover.pipeline import build, check, load, load_properties
 from exover.source import Source
 from tests.support.abc import needs_abc
 from tests.support.aiger_reader import read
+from tests.support.command import Run, environment
 
 SPEC = """spec s; module m { request r(); }
 forbid f: active(m.r) by kill m.r; launch l: m.r() when past(m.r);"""
@@ -85,6 +86,25 @@ def test_what_abc_finds_is_what_the_checks_say(tmp_path: Path) -> None:
         name: said[name] for name in simple
     }
     assert set(map(said.__getitem__, simple)) == {True, False}
+
+
+STOCKS = """spec s;
+resource energy: 5 consumable by wait;
+resource memory: 4 consumable by wait;
+module m {
+    request a() { consumes energy 3; consumes memory 2; produces energy 2; }
+    request b() { produces memory 3; produces energy 1; wait until not active(m.a); }
+}"""
+
+
+def test_every_process_writes_the_same(tmp_path: Path, run: Run) -> None:
+    """A launch writes two levels, whose names each process hashes in its own way."""
+    (tmp_path / "s.exo").write_text(STOCKS)
+    for seed in ("1", "6"):
+        arguments = "emit", "s.exo", "--target", "aiger", "--out", seed, "--unchecked"
+        assert run(*arguments, env=environment(PYTHONHASHSEED=seed)).returncode == 0
+    first, second = ((tmp_path / seed / "s.aig").read_bytes() for seed in ("1", "6"))
+    assert first == second
 
 
 WAITS = """spec s;

@@ -146,12 +146,12 @@ class Encoding:
                 due.discard(number)
                 before = dict(self._frame.values)
                 part.run(self._frame)
-                written = {name for name, value in self._frame.values.items() if value is not before[name]}
+                written = [name for name, value in self._frame.values.items() if value is not before[name]]
                 for name in written:
                     value = self._narrowed(name, self._frame.values[name], self.terms.true)
                     self._frame.values[name] = value
                 self._between += self._bits(written)
-                due |= {other for other, reads in enumerate(self._reads) if reads & written}
+                due |= {other for other, reads in enumerate(self._reads) if not reads.isdisjoint(written)}
         changing = (self._changes(self._parts[number]) for number in sorted(due))
         self._unsettled = tuple(literal for literal in dict.fromkeys(changing) if literal != FALSE)
 
