@@ -166,8 +166,8 @@ class Following:
     def __post_init__(self) -> None:
         encoding, model = self.encoding, self.encoding.compiled.model
         self.model = model
-        self.truths = {atom: encoding.truth(atom) for atom in self.atoms}
-        self.marks = {label: encoding.mark(label) for label in sorted(encoding._frame.marks)}
+        self.truths = {atom: encoding.moments.truth(atom) for atom in self.atoms}
+        self.marks = {label: encoding.moments.mark(label) for label in sorted(encoding._frame.marks)}
         self.may_wait = {r.name: encoding.actions.may_wait[k] for k, r in enumerate(model.requests)}
         self.random = Random(self.seed)
         self.inverse = Inverse(encoding)

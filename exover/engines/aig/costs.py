@@ -77,7 +77,7 @@ class _Maxima:
             for name, word in self.sums.items()
         }
         self.before, self.after = encoding.states
-        self.step = graph.all((encoding.stable, encoding.domain, encoding.legal))
+        self.step = graph.all((encoding.stable, encoding.moments.domain, encoding.legal))
         self.unsettled = encoding.unsettled
         self.kinds: dict[tuple[str, str], Literal] = {}
         for event in encoding.events:

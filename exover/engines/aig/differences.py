@@ -152,11 +152,11 @@ class Differences:
             killed.append(graph.conjunction(stopping, spared))
         place = version.latches.places[mine.name]
         standing = tuple(then[name] for name in place.args)
-        put = graph.conjunction(version.steps, version.mark(("put", mine.name)))
+        put = graph.conjunction(version.steps, version.moments.mark(("put", mine.name)))
         return SymbolicDeeds(
             tuple(launched),
             tuple(killed),
-            tuple(self._rejected(version.notes("rejected", mine.name), version, mine, new)),
+            tuple(self._rejected(version.moments.notes("rejected", mine.name), version, mine, new)),
             put,
             lit(then[place.taken]),
             self._values(standing, mine, new),
@@ -201,7 +201,7 @@ class Differences:
         old, new = (
             self.pair.graph.conjunction(
                 side.steps,
-                side.truth(Disjunction(tuple(Broken(rule, True) for rule in side.compiled.model.rules))),
+                side.moments.truth(Disjunction(tuple(Broken(rule, True) for rule in side.compiled.model.rules))),
             )
             for side in self.pair.sides
         )

@@ -6,36 +6,26 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing, and no question is asked of them.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from copy import copy
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
+from exover.engines.aig.graph import FALSE, Circuit, Literal, cone
+from exover.engines.aig.moment_formulas import MomentFormulas
 from exover.engines.aig.range_allocation import allocate_ranges
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Word, Words, as_word, lit
 from exover.loop.exact.actions import Observer, TableActions, fallen, tried
 from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
-from exover.loop.exact.predicates import Predicates
-from exover.loop.exact.step_predicates import moment
-from exover.loop.exact.symbolic_state import Note, SymbolicState
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term
-from exover.model.property import (
-    Atom,
-    Conjunction,
-    Disjunction,
-    Formula,
-    Happened,
-    Label,
-    Occurrence,
-    Passed,
-    Properties,
-    atoms,
-)
+from exover.model.property import Conjunction, Formula, Properties
 from exover.ocrd.compile import Compiled
+
+PASSES = range(2, 13)
+"""Numbers of passes that are tried, until one is seen to be enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +35,6 @@ class EncodedEvent:
     kind: Kind
     chosen: Term
     given: tuple[Given, ...]
-
-
-PASSES = range(2, 13)
-"""Numbers of passes that are tried, until one is seen to be enough."""
 
 
 @dataclass
@@ -217,14 +203,15 @@ class Encoding:
         self.after: dict[str, Term] = after
         happens = [lit(event.chosen) for event in self.events]
         self.possible = self.graph.all((self.graph.any(happens), self._reembedding.legal))
-        self.legal = self.graph.conjunction(self.possible, self.truth(self._assumed))
+        self.moments = self._moments()
+        assumed = Conjunction(tuple(each.formula for each in self.properties.assumptions))
+        self.legal = self.graph.conjunction(self.possible, self.moments.truth(assumed))
         for name, bits in self.latches.literals.items():
             for bit, literal in zip(bits, self.state_bits(name, after[name]), strict=True):
                 self.follow(bit, literal)
 
-    @cached_property
-    def _assumed(self) -> Formula:
-        return Conjunction(tuple(each.formula for each in self.properties.assumptions))
+    def _moments(self) -> MomentFormulas:
+        return MomentFormulas(self.latches, self._initial, self.after, self._frame, self.properties.assumptions)
 
     @cached_property
     def _initial(self) -> dict[str, Term]:
@@ -288,90 +275,13 @@ class Encoding:
             )
             for e in self.events
         ]
-        del self._next_predicates
+        self.moments = self._moments()
 
-    # ---- moments ----
-
-    @cached_property
-    def _next_predicates(self) -> tuple[Predicates, Predicates]:
-        return self._predicates_of(self.after)
-
-    def _predicates_of(self, values: dict[str, Term]) -> tuple[Predicates, Predicates]:
-        layout = copy(self.latches)
-        layout.vars = values
-        return Predicates(layout), Predicates(layout, once_stopped=True)
-
-    def truth(self, formula: Formula) -> Literal:
-        """Return where a formula without temporal operators is true of the moment after the step."""
-        return self._truth(formula, self._next_predicates, after=True)
-
-    def now(self, formula: Formula) -> Literal:
-        """Return where a formula without temporal operators is true of the moment before the step, of which nothing is
-        known but the state."""
-        return self._truth(formula, self._predicates_of(self.latches.vars), after=False)
-
-    @cached_property
-    def domain(self) -> Literal:
-        """True in every reachable state: latches are values of their variables, and assumptions on states hold."""
-        words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
-        legal = [self.latches.legal(word, span) for word, span in words if word.sort != "Bool"]
-        assumed = [each.formula for each in self.properties.assumptions]
-        lasting = [
-            f for f in assumed if not any(isinstance(a, Happened | Passed) for a in atoms(f)) and self.at_start(f)
-        ]
-        return self.graph.all((*legal, *map(self.now, lasting)))
-
-    @cached_property
-    def owed(self) -> dict[str, tuple[Literal, Literal]]:
-        """By request that some required launch is for: where that is due and the request is neither active nor waits,
-        before the step and after it."""
-        rules: dict[str, list[Formula]] = {}
-        for launch in self.compiled.model.launches:
-            rules.setdefault(launch.request, []).append(Atom(launch.condition))
-        found = {}
-        for name, due in rules.items():
-            flags = [slot.active for (owner, _), slot in self.latches.slots.items() if owner == name]
-            flags.append(self.latches.places[name].taken)
-            found[name] = (
-                self._idle(flags, self.latches.vars, self.now(Disjunction(tuple(due)))),
-                self._idle(flags, self.after, self.truth(Disjunction(tuple(due)))),
-            )
-        return found
-
-    def _idle(self, flags: Sequence[str], values: Mapping[str, Term], due: Literal) -> Literal:
-        return self.graph.all((due, *(lit(values[flag]) ^ 1 for flag in flags)))
-
-    def at_start(self, formula: Formula) -> bool:
-        """Return whether a formula without temporal operators is true of the start."""
-        return self._truth(formula, self._predicates_of(dict(self._initial)), after=False) == TRUE
-
-    def _truth(self, formula: Formula, predicates: tuple[Predicates, Predicates], after: bool) -> Literal:
-
-        def happened(atom: Happened | Passed) -> Term:
-            if not after:
-                return self.terms.false
-            where = self.mark(atom.label) if isinstance(atom, Passed) else self._happened(atom, predicates[0])
-            return self.terms.bit(where)
-
-        return lit(moment(*predicates, happened, formula))
-
-    def mark(self, label: Label) -> Literal:
-        """Return where the step passes a mark."""
-        return lit(self._frame.marks.get(label, self.terms.false))
-
-    def notes(self, occurrence: Occurrence, request: str) -> Iterator[Note]:
-        """Yield where, and with which arguments, the step does this with a request."""
-        return (note for note in self._frame.notes if (note.occurrence, note.request) == (occurrence, request))
-
-    def _happened(self, atom: Happened, predicates: Predicates) -> Literal:
-        return self.graph.any(
-            self.graph.conjunction(lit(n.guard), lit(predicates.concerns(n.request, atom.where, n.args)))
-            for n in self.notes(atom.occurrence, atom.request)
-        )
+    # ---- what is asked ----
 
     def step_is(self, formula: Formula) -> Literal:
         """Return where a legal step leads to a moment of which a formula is true."""
-        return self.graph.conjunction(self.legal, self.truth(formula))
+        return self.graph.conjunction(self.legal, self.moments.truth(formula))
 
     @property
     def reembedded(self) -> dict[str, Term]:

@@ -65,7 +65,7 @@ class _Launches:
         self._comes, self._goes = dict[str, Literal](), dict[str, Literal]()
         for name, place in layout.places.items():
             (taken,) = layout.literals[place.taken]
-            owed, owes = encoding.owed.get(name, (FALSE, FALSE))
+            owed, owes = encoding.moments.owed.get(name, (FALSE, FALSE))
             before, after = graph.any((taken, owed)), graph.any((encoding.following[taken], owes))
             self._comes[name] = graph.conjunction(after, before ^ 1)
             self._goes[name] = graph.conjunction(before, after ^ 1)
@@ -134,7 +134,7 @@ class _Ranking:
 
     def _all_cases(self) -> Iterator[_Case]:
         home = self._home
-        state: Cube = (home.encoding.domain,)
+        state: Cube = (home.encoding.moments.domain,)
         for event in home.posters.values():
             yield replace(self._case(state, (event,)), once=True)
         state += tuple(literal for name in home.posters for literal in home.like(name))

@@ -24,7 +24,7 @@ def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> boo
     A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly
     if besides every active slot can be reported at once, for then slots can be reported in turn.
     """
-    graph, active, domain = encoding.graph, encoding.latches, encoding.domain
+    graph, active, domain = encoding.graph, encoding.latches, encoding.moments.domain
     solver = Solver(graph.within_step())
     events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
     needs: list[tuple[Sequence[Literal], list[frozenset[int]]]] = []

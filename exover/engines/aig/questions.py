@@ -101,7 +101,7 @@ class Questions:
     def _of(self, question: QuestionClass, fair: bool) -> RunQuestion:
         match question:
             case AtStart(formula):
-                return KnownAtStart(self.encoding.at_start(formula))
+                return KnownAtStart(self.encoding.moments.at_start(formula))
             case Opposite(part):
                 return Denied(self._of(part, fair))
             case Joined(parts, every):
@@ -121,7 +121,7 @@ class Questions:
     def _reach(self, way: ExistsUntil) -> RunQuestion:
         if way.strict and way.allowed == FALSE:
             return Reach(self.encoding.graph.conjunction(self._first, self.encoding.step_is(way.goal)))
-        if not way.strict and self.encoding.at_start(way.goal):
+        if not way.strict and self.encoding.moments.at_start(way.goal):
             return KnownAtStart(True)
         return Reach(self._until(way.allowed, way.goal, way.strict))
 
@@ -133,9 +133,9 @@ class Questions:
             return here
         key = (left, strict)
         if key not in self._kept:
-            start = strict or self.encoding.at_start(left)
+            start = strict or self.encoding.moments.at_start(left)
             kept = self.encoding.graph.latch(start)
-            still = self.encoding.graph.conjunction(kept, self.encoding.truth(left))
+            still = self.encoding.graph.conjunction(kept, self.encoding.moments.truth(left))
             self.encoding.follow(kept, still)
             self._kept[key] = kept
         return self.encoding.graph.conjunction(self._kept[key], here)

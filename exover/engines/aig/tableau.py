@@ -39,17 +39,17 @@ def plain(formula: Formula) -> Formula:
 
 def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal, ...]) -> Staying:
     """Return the monitor of a run that comes to where it must stay; it needs no guesses."""
-    graph, stays = encoding.graph, encoding.truth(lingering.stays)
-    begun = graph.latch(encoding.at_start(lingering.whole))
-    after = graph.conjunction(stays, graph.any((begun, encoding.truth(lingering.since))))
+    graph, stays = encoding.graph, encoding.moments.truth(lingering.stays)
+    begun = graph.latch(encoding.moments.at_start(lingering.whole))
+    after = graph.conjunction(stays, graph.any((begun, encoding.moments.truth(lingering.since))))
     encoding.follow(begun, after)
     return Staying(begun, graph.all((encoding.legal, begun, stays)), signals)
 
 
 def _always(encoding: Encoding, stays: Formula, signals: tuple[Literal, ...]) -> Staying:
     """Return the monitor of a formula of one moment that must be true from the start on; it needs no guesses."""
-    graph, here = encoding.graph, encoding.truth(stays)
-    begun = graph.latch(encoding.at_start(stays))
+    graph, here = encoding.graph, encoding.moments.truth(stays)
+    begun = graph.latch(encoding.moments.at_start(stays))
     after = graph.conjunction(begun, here)
     encoding.follow(begun, after)
     return Staying(begun, graph.conjunction(encoding.legal, after), signals)
@@ -102,7 +102,9 @@ class Tableau:
             return
         graph, encoding = self.encoding.graph, self.encoding
         if momentary(formula):
-            found[formula] = encoding.truth(formula) if after else (FALSE, TRUE)[encoding.at_start(formula)]
+            found[formula] = (
+                encoding.moments.truth(formula) if after else (FALSE, TRUE)[encoding.moments.at_start(formula)]
+            )
             return
         for part in parts_of(formula):
             self._truths(part, guesses, found, after)

@@ -37,7 +37,7 @@ class WayEncoder:
         """Return a question as literals; `allows_steps_home`: whether a formula allows the steps to home states."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
         kept = self.kept(way.allowed)
-        hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
+        hit = graph.all((kept, encoding.legal, encoding.moments.truth(way.goal)))
         since = self.now(question.stuck.since)
         if way.strict:
             return WayLiterals(since, hit, allows_steps_home(way.allowed))
@@ -58,14 +58,14 @@ class WayEncoder:
             case Disjunction(parts):
                 return self.encoding.graph.any(map(self.now, parts))
             case _:
-                return self.encoding.now(formula)
+                return self.encoding.moments.now(formula)
 
     def _memory(self, formula: Formula) -> Literal:
         known = self._latched.get(formula)
         if known is None:
             encoding = self.encoding
             known = self._latched[formula] = encoding.graph.latch(False)
-            encoding.follow(known, encoding.truth(formula))
+            encoding.follow(known, encoding.moments.truth(formula))
         return known
 
     def kept(self, allowed: Formula) -> Literal:
@@ -76,7 +76,7 @@ class WayEncoder:
         if known is None:
             encoding, graph = self.encoding, self.encoding.graph
             known = self._kept[allowed] = graph.latch(True)
-            wrong = graph.conjunction(encoding.legal, encoding.truth(allowed) ^ 1)
+            wrong = graph.conjunction(encoding.legal, encoding.moments.truth(allowed) ^ 1)
             encoding.following[known] = graph.conjunction(known, wrong ^ 1)
         return known
 

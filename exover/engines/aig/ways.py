@@ -109,7 +109,7 @@ class Ways:
     unroll: Unroll
 
     def __post_init__(self) -> None:
-        _ = self.encoding.owed, self.encoding.domain  # makes them part of the graph before it is copied
+        _ = self.encoding.moments.owed, self.encoding.moments.domain  # makes them part of the graph before it is copied
         aims = WayEncoder(self.encoding)
         self._reports = self.encoding.graph.any(
             self.encoding.graph.conjunction(self.encoding.legal, lit(event.chosen))
@@ -140,7 +140,7 @@ class Ways:
     def _allows_steps_home(self, solver: Solver, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
-        wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
+        wrong = graph.conjunction(self._reports, self.encoding.moments.truth(allowed) ^ 1)
         if wrong == FALSE:
             return True
         solver.grow(graph.within_step())
@@ -339,7 +339,7 @@ class Ways:
     @cached_property
     def _implicants(self) -> Implicants:
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
-        return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
+        return Implicants(self.graph, following, self.encoding.moments.domain, self.decide, self.budget.stop)
 
     def _parts(self) -> Iterator[dict[int, StatesOfKind]]:
         """Yield the questions that have a word from every known state, those with the fewest steps first.

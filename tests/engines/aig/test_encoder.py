@@ -233,7 +233,7 @@ def test_reals_move_only_to_where_they_compare_as_before() -> None:
     before = [lit(terms.at_most(layout.vars[one], layout.vars[other])) for one, other in pairs]
     after = [lit(terms.at_most(encoding.reembedded[one], encoding.reembedded[other])) for one, other in pairs]
     wrong = [encoding.graph.differ(*each) for each in zip(before, after, strict=True)]
-    free = [encoding.legal, encoding.domain]
+    free = [encoding.legal, encoding.moments.domain]
     solver = Solver(encoding.circuit([*free, *wrong, *after]))
     for pair, bad, here in zip(pairs, wrong, after, strict=True):
         assert not solver.satisfiable([solver.literal(each) for each in (*free, bad)]), pair

@@ -64,7 +64,7 @@ def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[
 
 def home_of(spec: str, decide: Decide = unasked) -> tuple[Encoding, HomeSpace | None]:
     encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
-    _ = encoding.owed, encoding.domain
+    _ = encoding.moments.owed, encoding.moments.domain
     return encoding, home_space(encoding, encoding.graph.copy(), [None], decide, lambda: False)
 
 
@@ -146,7 +146,7 @@ def test_what_is_active_again_after_its_report_is_newly_active() -> None:
     active = encoding.latches.slots["m.off", 0].active
     (before,) = encoding.latches.literals[active]
     (report,) = (lit(e.chosen) for e in encoding.events if str(e.kind) == "report m.off[0] ok")
-    again = graph.all((report, encoding.legal, before, encoding.following[before], encoding.domain))
+    again = graph.all((report, encoding.legal, before, encoding.following[before], encoding.moments.domain))
     new = _Launches(encoding, graph).of("m.off", active)
     with closing(Solver(graph.within_step())) as solver:
         assert solver.satisfiable([solver.literal(again)])

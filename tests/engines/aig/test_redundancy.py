@@ -209,7 +209,7 @@ def test_what_the_last_pass_passes_is_of_the_step() -> None:
     (observed,) = (lit(event.chosen) for event in encoding.events if event.kind.verb == "observe")
     found: dict[int, Answer] = {}
     decide(
-        encoding.circuit([encoding.graph.conjunction(observed, encoding.mark(("reject", "m.a.shut")))]),
+        encoding.circuit([encoding.graph.conjunction(observed, encoding.moments.mark(("reject", "m.a.shut")))]),
         found.__setitem__,
     )
     assert isinstance(found[0], Reachable)
