@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.questions import deadlock, lockout
-from exover.engines.aig import pdr, ways
+from exover.engines.aig import pdr, ways, word_search
 from exover.engines.aig.answer import Answer
 from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.concretize import Concretizer
@@ -18,7 +18,8 @@ from exover.engines.aig.implicants import Decide, StatesOfKind
 from exover.engines.aig.preconditions import Preconditions
 from exover.engines.aig.questions import CutOff, Questions, questions_in
 from exover.engines.aig.reached_bmc import runs_from_start
-from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, WaysBudget, judge_ways
+from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, judge_ways
+from exover.engines.aig.word_search import WaysBudget, WordSearch
 from exover.model.event import Ask
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -76,7 +77,7 @@ def test_questions_with_few_steps_are_asked_first_and_all_are_answered_alike(mon
     ask, turns = Ways._ask, list[list[int]]()
 
     def noted(self: Ways, part: Mapping[int, StatesOfKind]) -> bool:
-        turns.append([sum(map(len, self.rehearsal.chosen(index))) for index in part])
+        turns.append([sum(map(len, self.words.rehearsal.chosen(index))) for index in part])
         return ask(self, part)
 
     monkeypatch.setattr(Ways, "_ask", noted)
@@ -92,15 +93,18 @@ def unprepared(made: Compiled, decide: Decide = decide) -> Ways:
     """Return ways with all that is made before words are looked for, and samples."""
     encoding, asked = asked_of(made)
     found = Ways(encoding, list(asked.values()), known_runs(encoding), decide, lambda *_: None, BUDGET, runs_from_start)
-    found.home, found.prefix = HomeSpace(encoding), ()
-    found.preconditions = Preconditions(found.graph, found.circuit, found.aims, found.fresh, found.home.fixed, False)
-    found._take(found.beginnings.of(found.beginnings.passed(found.runs, 64)))
+    home, beginnings = HomeSpace(encoding), Beginnings(encoding, found.circuit, found.cone, found.fresh)
+    preconditions = Preconditions(found.graph, found.circuit, found.aims, found.fresh, home.fixed, False)
+    found.words = WordSearch(
+        encoding, found.circuit, found.cone, found.left.keys(), beginnings, preconditions, (), BUDGET
+    )
+    found.words.take(beginnings.of(beginnings.passed(found.runs, 64)))
     return found
 
 
 def test_random_runs_go_on_while_they_come_to_states_without_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
     """A question that is hard has none from most states, which is no news."""
-    found, drawn = unprepared(compiled(model_of(small_spec_of(SEEDS[2])))), list[int]()
+    found, drawn = unprepared(compiled(model_of(small_spec_of(SEEDS[2])))).words, list[int]()
     near = Beginnings.near
 
     def noted(self: Beginnings, seeds: Sequence[Seed]) -> list[Seed]:
@@ -110,30 +114,30 @@ def test_random_runs_go_on_while_they_come_to_states_without_a_word(monkeypatch:
 
     monkeypatch.setattr(Beginnings, "near", noted)
     found.hard = set(found.left)
-    found._wander(found.rehearsal.samples)
-    assert len(drawn) == ways.VAIN
+    found.wander(found.rehearsal.samples)
+    assert len(drawn) == word_search.VAIN
     found.hard = set()
     known = len(found.rehearsal.samples)
-    found._wander(found.rehearsal.samples[:1])
-    assert len(drawn) > 2 * ways.VAIN
+    found.wander(found.rehearsal.samples[:1])
+    assert len(drawn) > 2 * word_search.VAIN
     assert len(found.rehearsal.samples) > known
     assert found.rehearsal.leading  # words were looked for from there
     found.budget, drawn[:] = replace(BUDGET, samples=len(found.rehearsal.samples)), []
-    found._wander(found.rehearsal.samples)
+    found.wander(found.rehearsal.samples)
     assert not drawn
 
 
 def test_model_checkers_are_asked_for_words_where_random_runs_show_none(monkeypatch: pytest.MonkeyPatch) -> None:
     found = unprepared(compiled(model_of(small_spec_of(SEEDS[2]))))
-    monkeypatch.setattr(Ways, "_search", lambda *_: {})
-    found._rehearse()
-    assert not found.rehearsal.leading
-    assert found.hard == {k for k in found.left if not found.rehearsal.helps(k)} != set()
-    assert found.hard.isdisjoint(*found._parts())
+    monkeypatch.setattr(WordSearch, "_search", lambda *_: {})
+    found.words.rehearse()
+    assert not found.words.rehearsal.leading
+    assert found.words.hard == {k for k in found.left if not found.words.rehearsal.helps(k)} != set()
+    assert found.words.hard.isdisjoint(*found._parts())
     assert found._settle_hard()
-    assert found.rehearsal.leading
-    assert all(found.rehearsal.helps(k) for k in found.left)
-    assert not found.hard
+    assert found.words.rehearsal.leading
+    assert all(found.words.rehearsal.helps(k) for k in found.left)
+    assert not found.words.hard
     assert found.left.keys() == {k for part in found._parts() for k in part} != set()
 
 
