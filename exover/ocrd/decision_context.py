@@ -8,10 +8,11 @@ from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Count, Last, Level, Not, Or, Past, Status, Used, leaves
-from exover.model.model import Kill, KillSlot, Model, Reject, Remedy, Request, Rule, Wait
+from exover.model.model import Model, Request, Rule
 from exover.model.reads import in_question, rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
+from exover.model.waiting import may_clear_for
 from exover.ocrd.conflicts import pair
 from exover.ocrd.forms import Numbers
 from exover.ocrd.vector import Vocabulary
@@ -58,15 +59,8 @@ class DecisionContext:
         return frozenset(request.name for request in self.model.requests if self._may_clear(request))
 
     def _may_clear(self, request: Request) -> bool:
-        if any(guard.kind == "settle" for guard in request.guards):
-            return True
-        others = request.instances > 1 or request.interrupts_self
-        for rule in self.rules[request.name]:
-            for remedy in rule.remedies:
-                killed = killed_requests(remedy, rule)
-                if (others and killed) or any(name != request.name for name in killed):
-                    return True
-        return False
+        settles = any(guard.kind == "settle" for guard in request.guards)
+        return settles or any(may_clear_for(request, rule) for rule in self.rules[request.name])
 
     def asking(self, rule: Rule) -> list[str]:
         """Return the requests for which a rule is in question."""
@@ -128,19 +122,6 @@ class DecisionContext:
     def start(self) -> State:
         """The initial state."""
         return Reference(self.model).start()
-
-
-def killed_requests(remedy: Remedy, rule: Rule) -> tuple[str, ...]:
-    """Return the requests that a remedy kills; none if it is no kill."""
-    match remedy:
-        case Kill(requests):
-            return requests
-        case KillSlot():
-            return (rule.slot_of,) if rule.slot_of else ()
-        case Reject() | Wait():
-            return ()
-        case _:
-            assert_never(remedy)
 
 
 def _only_grows(cond: Cond, positive: bool) -> bool:

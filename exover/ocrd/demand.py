@@ -14,6 +14,7 @@ from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason, verdict_without_kill
 from exover.model.expression import And, Compare, Cond, Const, Level, Not, Or, Status
 from exover.model.model import Guard, Kill, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait
+from exover.model.waiting import killed_requests
 from exover.ocrd.decision import (
     DecisionList,
     Do,
@@ -25,7 +26,7 @@ from exover.ocrd.decision import (
     DoWait,
     kills,
 )
-from exover.ocrd.decision_context import DecisionContext, SymbolicInstance, killed_requests
+from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
 from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.symbolic import ConditionDiagrams
 from exover.ocrd.vector import same_arguments
