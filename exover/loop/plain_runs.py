@@ -16,7 +16,7 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.loop.tracked_predicates import property_conditions
 from exover.model.event import Action, Ask, Event, Launched, Observe, Report
-from exover.model.expression import Compare, Const, ModelTerm, Own, Param, Reading, leaves
+from exover.model.expression import Compare, Const, ModelTerm, Own, Param, Reading, leaves, mirrored
 from exover.model.model import Model, Parameter
 from exover.model.property import Properties
 from exover.model.semantics import Reference
@@ -24,6 +24,8 @@ from exover.model.trace import Disagreement, Moment, Trace, run
 from exover.model.types import Int, Real, Value
 from exover.ocrd.vector import comparisons, conditions
 
+DIGITS = 4
+"""A plain real has fewer than so many digits more than the cut next to it."""
 Cut = tuple[float, int]
 """A constant that separates the values below it from the others (0), or those above it from the others (1)."""
 
@@ -68,11 +70,6 @@ class _Number:
             yield float(exact + step if up else exact - step)
 
 
-DIGITS = 4
-"""A plain real has fewer than so many digits more than the cut next to it."""
-
-
-MIRRORED = str.maketrans("<>", "><")
 Key = tuple[str | None, str]
 """A request and a parameter or result of it, or None and a poster."""
 
@@ -224,7 +221,7 @@ def _key(leaf: ModelTerm, subject: str | None, owner: str | None) -> Key | None:
 def _sides(compare: Compare) -> Iterator[tuple[ModelTerm, ModelTerm, str]]:
     """Yield each side with the other, and the operator with that side on its left."""
     yield compare.left, compare.right, compare.operator
-    yield compare.right, compare.left, compare.operator.translate(MIRRORED)
+    yield compare.right, compare.left, mirrored(compare.operator)
 
 
 def _cuts(operator: str, value: Value) -> tuple[Cut, ...]:

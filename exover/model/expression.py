@@ -13,6 +13,12 @@ from exover.model.types import Value
 Operator = Literal["==", "!=", "<", "<=", ">", ">="]
 Phase = Literal["active", "running", "stopping", "waiting"]
 Outcome = Literal["none", "ok", "failed", "interrupted"]
+_MIRRORED: dict[Operator, Operator] = {"==": "==", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+
+def mirrored(operator: Operator) -> Operator:
+    """Return the operator that compares the sides the other way round: `a < b` iff `b > a`."""
+    return _MIRRORED[operator]
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ from exover.model.expression import (
     Sum,
     Used,
     atoms,
+    mirrored,
     operands,
 )
 from exover.model.model import Forget, Request, SetState
@@ -261,11 +262,10 @@ class ConditionDiagrams(Relations):
                 return None
 
     def _compare_reals(self, op: Operator, left: ModelTerm, right: ModelTerm, subject: ParameterOwner | None) -> int:
-        flipped: dict[Operator, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
         if isinstance(left, Const):
-            left, right, op = right, left, flipped[op]
+            left, right, op = right, left, mirrored(op)
         if isinstance(left, Reading) and isinstance(right, Param):
-            left, right, op = right, left, flipped[op]
+            left, right, op = right, left, mirrored(op)
         assert isinstance(left, Param | Reading), "two constants are folded when names are resolved"
         if isinstance(right, Const):
             return self._compare_rank(op, left, right, subject)
@@ -273,7 +273,7 @@ class ConditionDiagrams(Relations):
         request = subject.request if subject and isinstance(left, Param) else None
         if request is None or isinstance(right, Param):
             ordered = left.name <= right.name
-            left, right, op = (left, right, op) if ordered else (right, left, flipped[op])
+            left, right, op = (left, right, op) if ordered else (right, left, mirrored(op))
         if left == right:
             return YES if op in ("<=", ">=", "==") else NO
         bounds: dict[Operator, tuple[Operator, int]] = {"<": ("<=", LEFT), "<=": ("<=", SAME)}
