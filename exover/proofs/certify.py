@@ -17,13 +17,6 @@ from exover.ocrd.reasons import reasons
 from exover.proofs.prove import CertificateProver
 from exover.proofs.statement import Statement, Unsaid, facts
 
-SECONDS = 10.0
-"""The seconds that the solver may take for one implication."""
-SECONDS_EACH = 60.0
-"""The seconds of the processor after which a proof is given up."""
-SECONDS_ALL = 600.0
-"""The seconds of the processor after which the search ends: the findings that are left have no proof."""
-
 
 def certificate(
     compiled: Compiled,
@@ -36,7 +29,7 @@ def certificate(
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
     said = tuple(findings)
-    prover = CertificateProver(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
+    prover = CertificateProver(compiled, data, properties, asked, said, progress)
     return {
         "certificate": FORMAT,
         "tool": f"exover {version}",
