@@ -1,8 +1,6 @@
 """Conditions as diagrams over the state vector, for the present state or one that a decision supposes."""
 
-import math
 from collections.abc import Collection, Iterator
-from itertools import product
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -30,14 +28,13 @@ from exover.model.expression import (
     Used,
     atoms,
     mirrored,
-    operands,
 )
 from exover.model.model import Forget, Request, SetState
-from exover.model.types import Real, Type, from_ordinal, ordinal
+from exover.model.types import Real, Type, ordinal
 from exover.ocrd.diagram import NO, YES
 from exover.ocrd.forms import Case, Factors, add, scale
+from exover.ocrd.own_parameters import OwnParameters, own_names
 from exover.ocrd.relations import Relations
-from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
     LEFT,
     OUTCOMES,
@@ -55,7 +52,6 @@ from exover.ocrd.vector import (
     Stock,
     VariableValue,
     Vocabulary,
-    ordinal_range,
 )
 from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
@@ -156,37 +152,18 @@ class ConditionDiagrams(Relations):
         There is at most one past, so connectives can be split. A part with one `self.p` then needs a flag for each
         value of p, not for each combination of values of all parameters.
         """
-        if where is not None and self._own(where):
+        if where is not None and own_names(where):
+            own = OwnParameters(self.vocabulary, subject)
             match where:
                 case Not(part):
                     known = self.at_least(self.form(HasPast(request, None)), 1)
                     return self.manager.both(known, self.manager.negate(self._past(request, part, subject)))
                 case And(parts):
-                    return self._all([self._past(request, part, subject) for part in self._by_own(And, parts, subject)])
+                    return self._all([self._past(request, part, subject) for part in own.in_order(And, parts)])
                 case Or(parts):
-                    return self._any([self._past(request, part, subject) for part in self._by_own(Or, parts, subject)])
+                    return self._any([self._past(request, part, subject) for part in own.in_order(Or, parts)])
         flags = self._without_own(where, subject)
         return self._any([self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in flags])
-
-    def _by_own(
-        self, kind: type[And] | type[Or], parts: tuple[Cond, ...], subject: ParameterOwner | None
-    ) -> tuple[Cond, ...]:
-        """Return the parts: those with `self.p`, the one with most flags first, then those without it, joined.
-
-        Whatever is tested before the part with most flags would have to be remembered below all of them.
-        """
-        plain = tuple(part for part in parts if not self._own(part))
-        owning = sorted(
-            (p for p in parts if self._own(p)), key=lambda p: -math.prod(map(len, self._values(p, subject)))
-        )
-        return (*owning, *((kind(plain),) if len(plain) > 1 else plain))
-
-    def _values(self, where: Cond, subject: ParameterOwner | None) -> list[range]:
-        """Return for each `self.p` of a condition the range of its ordinals, in the order of `_own`."""
-        names = self._own(where)
-        assert subject is not None or not names
-        types = [self.vocabulary.parameter_types[subject.request, name] for name in names if subject]
-        return [range(low, high + 1) for low, high in map(ordinal_range, types)]
 
     def _forgotten(self, request: str, view: View) -> bool:
         effects = view.newcomer.on_launch if view.newcomer else ()
@@ -196,7 +173,7 @@ class ConditionDiagrams(Relations):
         """Yield the element of each `self.p` inside a `where`, with the request of which it selects a counter."""
         for atom in atoms(cond):
             if isinstance(atom, Status | Past) and atom.where is not None:
-                for name in self._own(atom.where):
+                for name in own_names(atom.where):
                     yield self.numbers.element(self.form(self._argument(name, subject)))[0], atom.request
 
     def counting(self, requests: Collection[str]) -> set[int]:
@@ -208,10 +185,6 @@ class ConditionDiagrams(Relations):
             if isinstance(quantity, HasPast | Slots | InPlace) and quantity.where and quantity.request in requests
         }
 
-    def _own(self, where: Cond) -> list[str]:
-        """Return the names p of all `self.p` in a condition, sorted."""
-        return sorted({term.name for term in operands(where) if isinstance(term, Own)})
-
     def _without_own(self, where: Cond | None, subject: ParameterOwner | None) -> Iterator[tuple[int, Cond | None]]:
         """Yield `(guard, where')` for each choice of values of every `self.p`: `guard` says that these are the values,
         and `where'` is `where` with them substituted, None if it is true. Choices that make it false are left out.
@@ -219,21 +192,14 @@ class ConditionDiagrams(Relations):
         if where is None or where == TRUE:
             yield YES, None
             return
-        names = self._own(where)
-        if not names:
+        if not own_names(where):
             yield YES, where
             return
         assert subject is not None
-        types = [self.vocabulary.parameter_types[subject.request, name] for name in names]
-        for choice in product(*self._values(where, subject)):
+        for choice, chosen in OwnParameters(self.vocabulary, subject).chosen(where):
             guard = self._all(
-                [
-                    self.equal(self.form(self._argument(name, subject)), number)
-                    for name, number in zip(names, choice, strict=True)
-                ]
+                [self.equal(self.form(self._argument(name, subject)), number) for name, number in choice.items()]
             )
-            values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
-            chosen = substitute(where, values)
             if chosen != FALSE:
                 yield guard, None if chosen == TRUE else chosen
 
