@@ -11,7 +11,7 @@ from functools import partial
 from exover.bounds.costs import Costs
 from exover.bounds.events import Bound, EventBounds, bounds
 from exover.dataclass import dataclass
-from exover.engines.aig.counting import Counter, CountingEncoding
+from exover.engines.aig.counting import CostObserver, CountingEncoding
 from exover.engines.aig.graph import TRUE, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.words import lit
@@ -40,7 +40,7 @@ def tightened(compiled: Compiled, budget: int = BUDGET) -> EventBounds:
     if not _settles(compiled.tables) or len(compiled.tables.entries) > LARGEST:
         return known
     for passes in range(1, MOST_PASSES):
-        found = _Maxima(CountingEncoding(compiled, NO_PROPERTIES, passes, Counter()), budget, known)
+        found = _Maxima(CountingEncoding(compiled, NO_PROPERTIES, passes, CostObserver()), budget, known)
         try:
             if found.settles():
                 return found.bounds()

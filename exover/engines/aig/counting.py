@@ -24,7 +24,7 @@ _WAITING = (t.WAIT, t.CLEAR, t.SETTLE)
 
 
 @dataclass
-class Counter:
+class CostObserver:
     """Marks every test of a walk, and what is told to wait: each passed mark counts once."""
 
     moment: tuple[str, ...] = ("event",)
@@ -69,7 +69,7 @@ class Counter:
 class CountingEncoding(Encoding):
     """The graph of a step that counts what it costs; one more pass follows the others, which must change nothing."""
 
-    observer: Counter = field(default_factory=Counter)
+    observer: CostObserver = field(default_factory=CostObserver)
     ran: list[Literal] = field(default_factory=list)
     """By pass a literal: it is run, for it is the first, or all before it have changed something."""
 

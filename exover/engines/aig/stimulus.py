@@ -82,22 +82,22 @@ class RandomStimulus:
     places, and a lane has the event before which it comes to stand: for one lane these are independent draws.
     """
 
-    encoding: Stimulated[Eventful]
+    system: Stimulated[Eventful]
     lanes: int = LANES
     seed: int = 0
 
     @cached_property
     def _wheel(self) -> _Wheel:
-        weights = [max(1, WEIGHTS[e.kind.verb] // (1 + 2 * (e.kind.outcome != "ok"))) for e in self.encoding.events]
+        weights = [max(1, WEIGHTS[e.kind.verb] // (1 + 2 * (e.kind.outcome != "ok"))) for e in self.system.events]
         places = max(sum(weights), self.lanes)
         ends = [end * places // sum(weights) for end in accumulate(weights)]
         order = [number for number, (low, high) in enumerate(pairwise([0, *ends])) for _ in range(low, high)]
         Random(self.seed).shuffle(order)
-        code = [0] * len(self.encoding.code)
+        code = [0] * len(self.system.code)
         enabled: dict[int | None, LaneWord] = {}
         for number, word in _words([*order, *order[: self.lanes]]).items():
             code = [bits | word * (number >> bit & 1) for bit, bits in enumerate(code)]
-            literal = self.encoding.enabling(number)
+            literal = self.system.enabling(number)
             latch = None if literal is None else literal >> 1
             enabled[latch] = enabled.get(latch, 0) | word
         return _Wheel(places, tuple(code), enabled)
@@ -107,8 +107,8 @@ class RandomStimulus:
 
         def words(step: int, state: Mapping[int, LaneWord]) -> dict[int, LaneWord]:
             source = Random(f"{self.seed} {step}")
-            found = {node: source.getrandbits(self.lanes) for node in self.encoding.graph.inputs}
-            found |= dict.fromkeys(self.encoding.shifts, 0)
+            found = {node: source.getrandbits(self.lanes) for node in self.system.graph.inputs}
+            found |= dict.fromkeys(self.system.shifts, 0)
             left = (1 << self.lanes) - 1
             code = [0] * len(self._wheel.code)
             for _ in range(TRIES):
@@ -119,7 +119,7 @@ class RandomStimulus:
                 able &= left
                 code = [bits | word >> turn & able for bits, word in zip(code, self._wheel.code, strict=True)]
                 left ^= able
-            return found | dict(zip(self.encoding.code, code, strict=True))
+            return found | dict(zip(self.system.code, code, strict=True))
 
         return words
 
