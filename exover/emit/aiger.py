@@ -12,10 +12,10 @@ from exover.engines.aig.k_liveness import justice
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
-    Denied,
     Either,
     KnownAtStart,
     LassoQuestion,
+    OppositeQuestion,
     Questions,
     Reach,
     RunQuestion,
@@ -92,7 +92,7 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) ->
 def _is_beyond(question: RunQuestion) -> bool:
     """Return whether some part of a question is not about single runs."""
     match question:
-        case Denied(part):
+        case OppositeQuestion(part):
             return _is_beyond(part)
         case Either(parts):
             return any(map(_is_beyond, parts))
@@ -105,15 +105,15 @@ def _said(question: RunQuestion, names: Mapping[Asked, str]) -> str:
     match question:
         case Reach():
             return f"{names[question]} can be reached"
-        case Denied(Reach() as part):
+        case OppositeQuestion(Reach() as part):
             return f"{names[part]} cannot be reached"
         case LassoQuestion():
             return f"some run satisfies {names[question]}"
-        case Denied(LassoQuestion() as part):
+        case OppositeQuestion(LassoQuestion() as part):
             return f"no run satisfies {names[part]}"
         case KnownAtStart(truth):
             return "true" if truth else "false"
-        case Denied(part):
+        case OppositeQuestion(part):
             return f"not ({_said(part, names)})"
         case Either(parts):
             return " or ".join(f"({_said(part, names)})" for part in parts) or "false"

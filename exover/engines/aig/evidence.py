@@ -10,11 +10,11 @@ from exover.engines.aig.graph import FALSE
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
-    Denied,
     Either,
     KnownAtStart,
     LassoQuestion,
     Leaf,
+    OppositeQuestion,
     Reach,
     RunQuestion,
     questions_in,
@@ -81,7 +81,7 @@ class Evidence:
                 return self._certain(question, fair)
             case KnownAtStart(truth):
                 return Found(truth, INITIAL, Trace(()))
-            case Denied(part):
+            case OppositeQuestion(part):
                 inner = self.answer(part, fair)
                 return inner if inner.truth is None else replace(inner, truth=not inner.truth)
             case Either(parts):

@@ -55,7 +55,7 @@ class CutOff:
 
 
 @dataclass(frozen=True, slots=True)
-class Denied:
+class OppositeQuestion:
     """The negation of a question."""
 
     part: "RunQuestion"
@@ -75,7 +75,7 @@ class Beyond:
 
 Leaf = Reach | LassoQuestion | CutOff
 """The elementary questions about runs."""
-RunQuestion = Reach | KnownAtStart | LassoQuestion | CutOff | Denied | Either | Beyond
+RunQuestion = Reach | KnownAtStart | LassoQuestion | CutOff | OppositeQuestion | Either | Beyond
 
 
 @dataclass
@@ -91,7 +91,7 @@ class Questions:
         if claim.formula is None:
             return Beyond()
         if claim.linear:
-            return Denied(LassoQuestion(Negation(claim.formula), claim.fair))
+            return OppositeQuestion(LassoQuestion(Negation(claim.formula), claim.fair))
         return self.of(claim.formula, claim.fair)
 
     def of(self, formula: Formula, fair: bool = False) -> RunQuestion:
@@ -103,10 +103,10 @@ class Questions:
             case AtStart(formula):
                 return KnownAtStart(self.encoding.moments.at_start(formula))
             case Opposite(part):
-                return Denied(self._of(part, fair))
+                return OppositeQuestion(self._of(part, fair))
             case Joined(parts, every):
                 asked = tuple(self._of(part, fair) for part in parts)
-                return Denied(Either(tuple(map(Denied, asked)))) if every else Either(asked)
+                return OppositeQuestion(Either(tuple(map(OppositeQuestion, asked)))) if every else Either(asked)
             case ExistsUntil():
                 return self._reach(question)
             case Stuck():
@@ -155,7 +155,7 @@ def questions_in(question: RunQuestion) -> Iterator[Leaf]:
     match question:
         case Reach() | LassoQuestion() | CutOff():
             yield question
-        case Denied(part):
+        case OppositeQuestion(part):
             yield from questions_in(part)
         case Either(parts):
             for part in parts:

@@ -6,11 +6,11 @@ from exover.engines.aig.evidence import INITIAL, NOT_PROVED, PROVED, STRANDED, W
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
-    Denied,
     Either,
     KnownAtStart,
     LassoQuestion,
     Leaf,
+    OppositeQuestion,
     Reach,
     RunQuestion,
 )
@@ -61,8 +61,8 @@ def test_of_fair_runs_is_known_what_was_asked_of_them_or_of_all_that_go_on() -> 
 @pytest.mark.parametrize(
     ("question", "answer"),
     [
-        (Denied(MOMENT), Found(False, WITNESS, RUN)),
-        (Denied(Denied(OTHER)), NONE),
+        (OppositeQuestion(MOMENT), Found(False, WITNESS, RUN)),
+        (OppositeQuestion(OppositeQuestion(OTHER)), NONE),
         (Either((OTHER, MOMENT)), SEEN),
         (Either((OTHER, LASSO)), Found(None, reason="too hard")),
         (Either((LASSO, MOMENT)), SEEN),
@@ -77,7 +77,7 @@ def test_answers_are_made_of_those_to_parts(question: RunQuestion, answer: Found
 
 
 def test_a_question_is_complete_once_all_its_parts_were_looked_into() -> None:
-    both = Either((MOMENT, Denied(LASSO)))
+    both = Either((MOMENT, OppositeQuestion(LASSO)))
     assert not evidence({MOMENT: LEFT}).is_complete(both)
     assert not evidence({MOMENT: LEFT, LASSO: LEFT}, settled=None).is_complete(both)
     assert evidence({MOMENT: LEFT, LASSO: LEFT}).is_complete(both)
@@ -88,7 +88,9 @@ def test_runs_are_told_where_they_are_part_of_the_finding() -> None:
     told = {check: known.opinion(MOMENT, Claim(check, "s", TRUE)) for check in ("reachability", "rule-use")}
     assert told["reachability"] == Opinion("holds", WITNESS, trace=RUN)
     assert told["rule-use"] == Opinion("holds", WITNESS)
-    assert known.opinion(Denied(MOMENT), Claim("safety", "s", TRUE)) == Opinion("violated", WITNESS, trace=RUN)
+    assert known.opinion(OppositeQuestion(MOMENT), Claim("safety", "s", TRUE)) == Opinion(
+        "violated", WITNESS, trace=RUN
+    )
     assert known.opinion(LASSO, Claim("starvation", "s", TRUE)) == Opinion("unknown", "", "too hard")
     assert known.opinion(Beyond(), Claim("starvation", "s", TRUE)) == Opinion("unknown", "", NO_FORMULA)
 
