@@ -1,12 +1,11 @@
 """Completion: the keywords that the grammar takes at a place, and the names that may stand there."""
 
 import re
-from typing import get_args
 
 from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
 from exover.editor.symbols import Index, SpecSymbol, SymbolSort
-from exover.syntax.conditions import StepKind
+from exover.syntax.conditions import STEPS
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
@@ -14,7 +13,6 @@ from exover.syntax.machine import ParserState
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _COMMENT = re.compile(r"//[^\n]*\Z")
 _OF_RESOURCES = frozenset({"uses", "consumes", "produces", "used", "level"})
-_STEPS = frozenset(get_args(StepKind))
 _INSIDE_WITH = frozenset({"true", "false", "not", "self"})
 _CONSTANT: tuple[SymbolSort, ...] = ("const", "value")
 _READ: tuple[SymbolSort, ...] = ("poster", "state")
@@ -71,7 +69,7 @@ def _place(read: list[Token], start: Start) -> _Place:
     words, then = machine.expected(), _behind(machine, NAME)
     if NAME in words:
         words -= {word for word in words - {"self"} if word.isalpha() and _is_name(_behind(machine, word), then)}
-    words -= _STEPS if start == "file" else frozenset()
+    words -= STEPS if start == "file" else frozenset()
     words -= frozenset() if "." in request else {"self"}
     return _Place(last, request, words & _INSIDE_WITH | words & {NAME} if subject else words, then, subject, past)
 

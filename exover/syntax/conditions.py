@@ -1,7 +1,7 @@
 """The lower half of the syntax tree: names, values, types, terms and conditions; read it through tree.py."""
 
 from dataclasses import field
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from exover.dataclass import dataclass
 from exover.source import Span
@@ -10,6 +10,10 @@ Relation: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 StateKind: TypeAlias = Literal["active", "running", "stopping", "waiting", "past"]
 StepKind: TypeAlias = Literal["asked", "launched", "rejected", "killed", "ended"]
 PredicateKind: TypeAlias = StateKind | StepKind
+STEPS: frozenset[str] = frozenset(get_args(StepKind))
+"""The predicates on what a step did, of a properties file alone."""
+PREDICATES: frozenset[str] = frozenset({*get_args(StateKind), "last", "used", "level"})
+"""The words with brackets in any condition."""
 Outcome: TypeAlias = Literal["none", "ok", "failed", "interrupted"]
 
 # Names and lists of requests

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Span
+from exover.syntax.conditions import PREDICATES, STEPS
 from exover.syntax.grammar import Start
 from exover.syntax.hints import (
     ALIKE,
@@ -23,10 +24,11 @@ from exover.syntax.hints import (
     value_hint,
 )
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
+from exover.syntax.properties import BINARY, QUANTIFIERS, UNARY
 from exover.syntax.temporal import (
+    ENDED,
     FORMS,
     LOGICS,
-    STEPS,
     TEMPORAL,
     behind_leads,
     form_hint,
@@ -45,11 +47,9 @@ ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch"
 
 PROPERTY_ITEMS = frozenset({"property", "assume", "define"})
 
-_PREDICATES = frozenset({"active", "running", "stopping", "waiting", "past", "last", "used", "level"})
-_TEMPORAL = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E"})
-_TERM = _PREDICATES | STEPS | _TEMPORAL | {"true", "false", "self", "-", INT, NUMBER, NAME}
+_TERM = PREDICATES | STEPS | {*UNARY, *QUANTIFIERS} | {"true", "false", "self", "-", INT, NUMBER, NAME}
 _OPERATORS = RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
-_FORMULA_OPERATORS = _OPERATORS | {"&", "|", "->", "<->", "U", "R", "W"}
+_FORMULA_OPERATORS = _OPERATORS | {"&", "|", "->", "<->", *BINARY}
 
 _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] = (
     (frozenset({"enum", "mutex"}), ITEMS, ("a declaration", "a rule")),
@@ -107,7 +107,6 @@ _SYNOPSES = {
 """The full form of each statement, with all optional parts."""
 
 _OUTCOMES = frozenset({"ok", "failed", "interrupted"})
-_ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
 _PARENTHESES = "parentheses group conditions, not terms"
 _TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
 
@@ -207,7 +206,7 @@ def _in_condition(at: Unexpected) -> str:
     if hint:
         return hint
     if text == "(" and at.before is not None:
-        return did_you_mean(at.previous, _PREDICATES | STEPS) or (_called(keyword) if behind and form is None else "")
+        return did_you_mean(at.previous, PREDICATES | STEPS) or (_called(keyword) if behind and form is None else "")
     return _resembled(at) if form is None else form
 
 
@@ -224,10 +223,10 @@ def _compared(at: Unexpected) -> str:
     if text not in RELATIONS | {"+", "-", "<->"} or "and" not in expected or text + told == "->":
         return ""
     if closed and text in RELATIONS and told in _OUTCOMES:
-        return _ENDED
+        return ENDED
     if closed and text in RELATIONS and told in ("true", "false"):
         return f"a condition is compared with nothing: leave out `{text} {told}`, or write `not` before it"
-    right = told in _PREDICATES | STEPS or told == "not"
+    right = told in PREDICATES | STEPS or told == "not"
     if closed == "term" or not (closed == "condition" or right):
         return ""
     if text in ("==", "<->") or (text, told) in (("<=", ">"), ("<", "-")):

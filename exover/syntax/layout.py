@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Source
+from exover.syntax.conditions import PREDICATES, STEPS
 from exover.syntax.grammar import Start
 from exover.syntax.lex import END, INT, NAME, NUMBER, tokens
 from exover.syntax.lexemes import Comment, Lexeme, lexemes
@@ -20,10 +21,7 @@ _HEADS = frozenset({"spec", "part", "for"})
 _BLOCKS = frozenset({"module", "context", "request"})
 _LEFT_TIGHT = frozenset({",", ";", ")", ":", "."})
 _RIGHT_TIGHT = frozenset({"(", ".", "!"})
-_CALLED = frozenset(
-    {"active", "running", "stopping", "waiting", "past", "last", "used", "level"}
-    | {"asked", "launched", "rejected", "killed", "ended", NAME}
-)
+_CALLED = PREDICATES | STEPS | {NAME}
 """Kinds of token after which a `(` opens arguments."""
 _OPERANDS = _CALLED | {INT, NUMBER, ")"}
 """Kinds of token after which a `-` is subtraction; elsewhere it is a sign."""

@@ -11,14 +11,15 @@ from exover.source import Span
 from exover.syntax.build import ACTIONS, VALUES
 from exover.syntax.grammar import Grammar, Production, Start
 from exover.syntax.lex import END, NAME, Token
+from exover.syntax.properties import BINARY, UNARY
 from exover.syntax.tree import Part, Properties, Spec
 
 MAX_DEPTH = 64
 """The most levels of brackets, `not`, `implies` and temporal operators. A level adds at most three nodes to the height
 of the tree, so a recursive pass with four Python frames a node stays within the default limit of 1000."""
 
-_TEMPORAL = ("X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "U", "R", "W")
-_LEVELS = dict.fromkeys(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL), 1) | dict.fromkeys(")}]", -1)
+_OPENING = ("(", "{", "[", "not", "!", "implies", "->", "<->", *UNARY, *BINARY)
+_LEVELS = dict.fromkeys(_OPENING, 1) | dict.fromkeys(")}]", -1)
 """How many levels a token opens, -1 if it closes one: closed brackets, as of parameters, may still be on the stack."""
 
 

@@ -1,7 +1,7 @@
 """The syntax tree of a properties file (docs/language.md section 8); read it through tree.py."""
 
 from dataclasses import field
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from exover.dataclass import dataclass
 from exover.source import Span
@@ -13,6 +13,9 @@ Connective: TypeAlias = Literal["not", "and", "or", "implies", "iff"]
 UnaryOperator: TypeAlias = Literal["X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG"]
 BinaryOperator: TypeAlias = Literal["U", "R", "W"]
 Quantifier: TypeAlias = Literal["A", "E"]
+UNARY: tuple[UnaryOperator, ...] = get_args(UnaryOperator)
+BINARY: tuple[BinaryOperator, ...] = get_args(BinaryOperator)
+QUANTIFIERS: tuple[Quantifier, ...] = get_args(Quantifier)
 
 # Raw formulas
 

@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping
 
+from exover.syntax.conditions import STEPS
 from exover.syntax.lex import NAME
+from exover.syntax.properties import QUANTIFIERS, UNARY
 from exover.syntax.unexpected import Unexpected
 
 FORMS = frozenset({"never", "always", "possible", "from", "ctl", "ltl"})
 """The words that begin a form of property."""
-LOGICS = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E", "eventually"})
-"""What `ltl` and `ctl` have, and no other place."""
+LOGICS = frozenset({*UNARY, *QUANTIFIERS, "eventually"})
+"""What `ltl` and `ctl` have, and no other place; with `eventually`, as others write `F`."""
 TEMPORAL = "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G (CONDITION -> F CONDITION);`"
-PROPERTY_KEYWORDS = frozenset({"property", "assume"})
 
 _OPERATORS: Mapping[str, str] = {
     **dict.fromkeys(("F", "eventually", "finally", "sometimes", "sometime", "someday"), "F"),
@@ -18,7 +19,7 @@ _OPERATORS: Mapping[str, str] = {
     **dict.fromkeys(("X", "next", "nexttime"), "X"),
     "never": "G not",
     "possible": "EF",
-    **{word: word for word in ("EX", "EF", "EG", "AX", "AF", "AG")},
+    **{operator: operator for operator in UNARY if len(operator) == 2},
 }
 """The operators of formulas by the words that are written for them."""
 _ALONE: Mapping[str, str] = {
@@ -54,14 +55,14 @@ _SCOPES: Mapping[str, str] = {
 }
 """Advice on words of other languages before a condition."""
 
-_ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
+ENDED = "`ended(MODULE.REQUEST)` is true of a step in which it ends; `last(MODULE.REQUEST)` tells how"
 _ABORTED = (
     "no predicate tells of aborts: `rejected(MODULE.REQUEST)` is also true of a waiting one that is given up, "
     "`killed(MODULE.REQUEST)` of a running one"
 )
 _OBSERVED = "no predicate tells of observations: a poster is read by its name, as in `battery < 10`"
 _PREDICATES: Mapping[str, str] = {
-    **dict.fromkeys(("reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"), _ENDED),
+    **dict.fromkeys(("reported", "finished", "done", "completed", "succeeded", "failed", "interrupted"), ENDED),
     **dict.fromkeys(("abort", "aborted", "aborts", "aborting", "cancelled", "canceled", "cancel"), _ABORTED),
     **dict.fromkeys(("observe", "observed", "observes"), _OBSERVED),
     **dict.fromkeys(
@@ -77,8 +78,6 @@ _PREDICATES: Mapping[str, str] = {
     **dict.fromkeys(("pending", "queued", "clearing"), "write `waiting(MODULE.REQUEST)`"),
 }
 """Advice on words used as predicates."""
-STEPS = frozenset({"asked", "launched", "rejected", "killed", "ended"})
-"""The predicates on what a step did."""
 
 _LEADS = "it reads `always (CONDITION leads to CONDITION)`"
 _WHOLE = "`always (CONDITION leads to CONDITION)` is the whole form: what else is said stands inside, or in a property"
