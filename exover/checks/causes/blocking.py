@@ -12,6 +12,7 @@ from functools import partial
 from random import Random
 from typing import Literal
 
+from exover.checks.causes.hindrances import changed, hindering, made_by, reason_reads, settings, touches
 from exover.checks.causes.near_events import arguments, least_arguments, onward
 from exover.checks.causes.shadowing import Tried, WithoutRules
 from exover.checks.causes.toward import toward
@@ -19,10 +20,10 @@ from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
 from exover.model.event import Args, Ask
-from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status, Used, operands
-from exover.model.model import Effect, Forget, Launch, Model, Request, SetState
+from exover.model.expression import Cond
+from exover.model.model import Launch, Request
 from exover.model.property import Assumption
-from exover.model.reads import Read, reads, rule_reads, users
+from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 
@@ -212,7 +213,7 @@ class Obstacles:
         wanted: list[Mending] = []
         for each in conditions:
             if not holds(model, state, each):
-                starting = set(_made_by(model, each, truth=True))
+                starting = set(made_by(model, each, truth=True))
                 read = {one for one in reads(each) if one.kind != "active" or one.name in starting}
                 wanted.append((read, partial(self._is_true, each)))
         told = set[str]()
@@ -256,7 +257,7 @@ class Obstacles:
     def requiring(self, state: State, link: Blocked) -> list[Launch]:
         """Return the launch rules that require in a state what is active there and holds the request up."""
         model = self.reference.model
-        hinders = set(_hindering(model, link.request, link.reason))
+        hinders = set(hindering(model, link.request, link.reason))
         again = [each for each in model.launches if each.request in hinders and state.active([each.request])]
         return [each for each in again if holds(model, state, each.condition)]
 
@@ -287,19 +288,9 @@ class Obstacles:
 
     def _mends(self, state: State, each: Request, read: set[Read], is_mended: Callable[[State], bool]) -> bool:
         """Return whether the start or end of a request changes something that is `read` so that a cause is mended."""
-        name = each.name
-        if any(other.name == name and other.kind in ("active", "waiting", "past", "last") for other in read):
+        if touches(each, read, {share.resource for share in each.productions}):
             return True
-        if any(other.kind == "level" and other.name == share.resource for other in read for share in each.productions):
-            return True
-        named = {other.name for other in read if other.kind in ("reading", "past")}
-        changed = [_changed(state, effect) for effect in each.effects if named.intersection(_names(effect))]
-        changed += [
-            state.with_reading(latch.name, value=False)
-            for latch in self.reference.model.latches
-            if name in latch.resets and latch.name in named
-        ]
-        return any(map(is_mended, changed))
+        return any(is_mended(changed(state, setting)) for setting in settings(self.reference.model, each, read))
 
 
 def _tried(request: Request) -> Iterator[Args]:
@@ -307,71 +298,3 @@ def _tried(request: Request) -> Iterator[Args]:
     random = Random(0)
     yield least_arguments(request)
     yield from (arguments(request, random) for _ in range(TRIED if request.params else 0))
-
-
-def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
-    """Return what the guard, rule or consumption of a reason reads, without idle requests that could hinder.
-
-    Of a resource, who uses it; if the reason is that the request is busy, whether it is active or waits.
-    """
-    read: dict[Read, None] = {}
-    if reason == BUSY:
-        read[Read("active" if state.active([request.name]) else "waiting", request.name)] = None
-    for guard in request.guards:
-        if guard.name == reason.rule:
-            read |= dict.fromkeys(sorted(reads(guard.condition)))
-    idle = {name for name in _hindering(model, request, reason) if not state.active([name])}
-    for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
-        holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
-        read |= dict.fromkeys(each for each in holders if each.kind != "active" or each.name not in idle)
-    if any(clause.resource == reason.rule for clause in request.consumptions):
-        read[Read("level", reason.rule)] = None
-    return tuple(read)
-
-
-def _hindering(model: Model, request: Request, reason: Reason) -> Iterator[str]:
-    """Yield the requests that may hinder by being active: those that have to end before a guard or rule lets the
-    request pass, and the request itself if it is busy.
-    """
-    if reason == BUSY:
-        yield request.name
-    for guard in request.guards:
-        if guard.name == reason.rule:
-            yield from _made_by(model, guard.condition, truth=False)
-    for rule in model.rules:
-        if rule.name == reason.rule:
-            yield from _made_by(model, rule.condition, truth=True)
-            yield from (rule.slot_of,) if rule.slot_of else ()
-
-
-def _made_by(model: Model, condition: Cond, truth: bool) -> Iterator[str]:
-    """Yield the requests that may make a condition true, or else false, by being active."""
-    match condition:
-        case Status("active" | "running" | "stopping", request) if truth:
-            yield request
-        case Not(part):
-            yield from _made_by(model, part, not truth)
-        case And(parts) | Or(parts):
-            for part in parts:
-                yield from _made_by(model, part, truth)
-        case Compare():
-            for term in operands(condition):
-                match term:
-                    case Count(requests):
-                        yield from requests
-                    case Used(resource):
-                        yield from users(model, resource)
-        case _:
-            pass
-
-
-def _names(effect: Effect) -> tuple[str, ...]:
-    return (effect.state,) if isinstance(effect, SetState) else effect.requests
-
-
-def _changed(state: State, effect: Effect) -> State:
-    match effect:
-        case SetState(name, value):
-            return state.with_reading(name, value)
-        case Forget(requests):
-            return replace(state, past={**state.past, **dict.fromkeys(requests)})

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-from exover.checks.causes.blocking import Blocked, reason_reads
+from exover.checks.causes.blocking import Blocked
+from exover.checks.causes.hindrances import reason_reads
 from exover.model.decision import Decisions
 from exover.model.evaluate import NOTHING, Scope, applies, bind, value_of
 from exover.model.event import Args

@@ -10,10 +10,11 @@ from heapq import heappop, heappush
 from itertools import count
 from random import Random
 
+from exover.checks.causes.hindrances import settings, touches
 from exover.checks.causes.near_events import arguments, least_arguments, observations, reports
 from exover.model.event import Ask, Event, Observe
 from exover.model.expression import Cond
-from exover.model.model import Model, Request, SetState
+from exover.model.model import Model, Request
 from exover.model.property import Assumption
 from exover.model.reads import Read, reads, rule_reads, users
 from exover.model.run_moments import is_true
@@ -94,17 +95,8 @@ def _through(model: Model, read: Read) -> list[Read]:
 
 def _changes(model: Model, request: Request, read: Sequence[Read]) -> bool:
     """Return whether a request changes something that is read, by its launch, its end or what these set."""
-    named = {each.name for each in read if each.kind in ("reading", "past")}
-    if any(each.name == request.name and each.kind in ("active", "waiting", "past", "last") for each in read):
-        return True
-    if any(request.name in latch.resets and latch.name in named for latch in model.latches):
-        return True
-    amounts = {each.resource for each in request.productions} | {each.resource for each in request.consumptions}
-    if any(each.kind == "level" and each.name in amounts for each in read):
-        return True
-    return any(
-        named.intersection([each.state] if isinstance(each, SetState) else each.requests) for each in request.effects
-    )
+    levels = {each.resource for each in request.productions} | {each.resource for each in request.consumptions}
+    return touches(request, read, levels) or bool(settings(model, request, read))
 
 
 def _events(
