@@ -9,7 +9,7 @@ from typing import Protocol, assert_never
 
 from exover.audit.held import REFUSED, UNDECIDED, HeldSlot, KnownRequest
 from exover.audit.mission import KillDeed, LaunchDeed, LostLines, Noted, RejectDeed, ToldMark, Unread, Void, WaitDeed
-from exover.audit.trail import DIVERGENCES, AuditAnswer, AuditRow, MissionFigures
+from exover.audit.trail import DIVERGENCES, AuditAnswer, AuditRow, MissionFigures, RowKind
 from exover.model.event import (
     NO_RULES,
     Abort,
@@ -328,7 +328,7 @@ class Follower:
             if each is not None and each not in NO_RULES:
                 self.figures.used[each] += 1
 
-    def _note(self, kind: str, name: str, instance: int | None, answer: AuditAnswer, rule: str | None) -> None:
+    def _note(self, kind: RowKind, name: str, instance: int | None, answer: AuditAnswer, rule: str | None) -> None:
         if kind in DIVERGENCES:
             self.figures.diverged[kind] += 1
         self._tell(AuditRow(self._line, self._time, kind, name, instance, answer, rule))

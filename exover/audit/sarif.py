@@ -4,7 +4,7 @@ from typing import Any
 
 from exover.audit.result import Audit, MissionResult
 from exover.audit.text import row_text
-from exover.audit.trail import DIVERGENCES, ERRORS, AuditRow
+from exover.audit.trail import DIVERGENCES, ERRORS, AuditRow, RowKind
 from exover.model.wire import escaped
 from exover.report.sarif import FINGERPRINT, fingerprint_of, location_of, uri, written
 
@@ -46,7 +46,7 @@ def render(audit: Audit) -> str:
     )
 
 
-def _level(kind: str) -> str:
+def _level(kind: RowKind) -> str:
     return "error" if kind in ERRORS else "note"
 
 
@@ -69,7 +69,7 @@ def _result(audit: Audit, mission: MissionResult, row: AuditRow) -> dict[str, An
     known = audit.model.name, mission.name, str(row.line), row.kind, row.request, str(row.instance)
     return {
         "ruleId": f"exover/audit/{row.kind}",
-        "ruleIndex": [*DIVERGENCES].index(row.kind),  # type: ignore[arg-type]
+        "ruleIndex": DIVERGENCES.index(row.kind),
         "kind": "fail",
         "level": _level(row.kind),
         "message": {"text": escaped(f"{mission.name}:{row.line}: {row_text(audit.model, row)}")},

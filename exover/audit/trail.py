@@ -12,7 +12,8 @@ Divergence = Literal["launched", "ran", "kept", "withheld", "stopped", "otherwis
 DIVERGENCES: tuple[Divergence, ...] = get_args(Divergence)
 ERRORS: tuple[Divergence, ...] = ("launched", "ran", "kept")
 """The divergences that SARIF reports as errors; the others are notes."""
-KINDS = ("ask", *DIVERGENCES)
+RowKind = Literal["ask"] | Divergence
+KINDS: tuple[RowKind, ...] = ("ask", *DIVERGENCES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class AuditRow:
 
     line: int
     time: float
-    kind: str
+    kind: RowKind
     request: str
     instance: int | None
     answer: AuditAnswer

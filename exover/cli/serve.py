@@ -6,6 +6,7 @@ import socket
 import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from typing import Literal
 
 from exover.cli.files import read_spec
 from exover.cli.status import CliError
@@ -33,11 +34,11 @@ def run(arguments: argparse.Namespace) -> int:
         server.serve()
 
 
-def _engine(stack: ExitStack, name: str, model: Model) -> tuple[Engine, CheckerName]:
+def _engine(stack: ExitStack, name: CheckerName | Literal["auto"], model: Model) -> tuple[Engine, CheckerName]:
     """Return an engine that runs until the stack is left, and its name: that in C if there is a compiler."""
     from exover.engines.compiler import NativeUnavailable
 
-    choices: tuple[CheckerName, ...] = ("c", "tables") if name == "auto" else (name,)  # type: ignore[assignment]
+    choices: tuple[CheckerName, ...] = ("c", "tables") if name == "auto" else (name,)
     for choice in choices:
         try:
             return stack.enter_context(engine(choice, model)), choice

@@ -12,6 +12,8 @@ from exover.gate.fields import FieldPath, ValueField, same, select
 
 BindingKind = Literal["tool", "action", "service"]
 KINDS: tuple[BindingKind, ...] = ("tool", "action", "service")
+WatchKind = Literal["tool", "notification", "topic"]
+SOURCES: tuple[WatchKind, ...] = ("tool", "notification", "topic")
 StatusMeaning = Literal["running", "ok", "interrupted", "failed"]
 MEANINGS: tuple[StatusMeaning, ...] = ("running", "ok", "interrupted", "failed")
 MAX_LINE = 4 << 20
@@ -109,7 +111,7 @@ class Watch:
     """A source of readings; `source` names a tool, called again `every` seconds, a notification or a topic."""
 
     name: str
-    kind: Literal["tool", "notification", "topic"]
+    kind: WatchKind
     source: str
     type: str | None = None
     arguments: Mapping[str, Any] = field(default_factory=dict)

@@ -1,8 +1,8 @@
 """Reads `NAME.bind.toml`: returns a binding of a model, or mistakes with their places (docs/binding.md)."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import isinf
-from typing import Any
+from typing import Any, TypeVar
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.gate import schema
@@ -10,6 +10,7 @@ from exover.gate.binding import (
     KINDS,
     MAX_LINE,
     MEANINGS,
+    SOURCES,
     Binding,
     CancelTool,
     Defaults,
@@ -32,7 +33,7 @@ from exover.model.wording import value_text
 from exover.source import Source
 from exover.toml import KeyPath, read_toml
 
-SOURCES = ("tool", "notification", "topic")
+K = TypeVar("K", bound=str)
 STOP = 5.0
 """The default of `stop`: seconds within which what is cancelled has to report."""
 
@@ -103,11 +104,10 @@ class _Reader:
         if kind == "topic" and self._mistakes.missing(path, table, "type"):
             self._mistakes.say("E702", f"the topic of the watch {quote(name)} has no `type`", path)
         given = {key: table[key] for key in ("type", "arguments", "every", "stale", "latched") if key in table}
-        return Watch(name, kind, table.get(kind, ""), **given)  # type: ignore[arg-type]
+        return Watch(name, kind, table.get(kind, ""), **given)
 
-    def _one(self, path: KeyPath, table: Mapping[str, Any], found: Any, keys: Iterable[str], what: str) -> str:
+    def _one(self, path: KeyPath, table: Mapping[str, Any], found: Any, keys: tuple[K, ...], what: str) -> K:
         """Return the first of these keys that the table has, else the first key; note a mistake unless it has one."""
-        keys = tuple(keys)
         there = [key for key in keys if key in table]
         if len(there) > 1:
             self._mistakes.say("E706", f"{what} is both {' and '.join(there)}", (*path, there[1]), "write one of them")
@@ -140,7 +140,7 @@ class _Reader:
         self._needed(path, request, table, report, idle)
         return RequestBinding(
             request.name,
-            kind,  # type: ignore[arg-type]
+            kind,
             table.get(kind, ""),
             table.get("inner", table.get(kind, "")),
             table.get("type"),
