@@ -13,6 +13,7 @@ from exover.syntax.grammar import grammar
 from exover.syntax.lex import END, RESERVED, tokens
 from exover.syntax.parse import parse, parse_properties
 from tests.support.format_properties import format_properties
+from tests.support.reported import places_of
 
 SAMPLE = Path(__file__).with_name("sample.prop").read_text("utf-8")
 TOKENS = [token.text for token in tokens(SAMPLE, [], formulas=True) if token.kind != END]
@@ -45,12 +46,7 @@ def formed(text: str) -> str:
 
 
 def places(text: str) -> list[str]:
-    source = Source("t", text)
-    return [
-        f"{each.code} {source.position(each.span.start)[0]}:{source.position(each.span.start)[1]}"
-        for each in check(text)
-        if each.span
-    ]
+    return places_of(check(text), text)
 
 
 # ---- trees ----

@@ -4,12 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from exover.diagnostics import CODES, MAX_REPORTS, Diagnostic, render_all
+from exover.diagnostics import MAX_REPORTS, Diagnostic, render_all
 from exover.source import Source
 from exover.syntax.expect import advice, expectation
 from exover.syntax.lex import tokens
 from exover.syntax.parse import parse
 from exover.syntax.unexpected import Unexpected
+from tests.support.reported import places_of
 
 SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
 
@@ -21,14 +22,7 @@ def reports_on(text: str) -> tuple[Diagnostic, ...]:
 
 
 def places(text: str) -> list[str]:
-    source = Source("t", text)
-    found = []
-    for report in reports_on(text):
-        assert report.code in CODES
-        assert report.span is not None
-        line, column = source.position(report.span.start)
-        found.append(f"{report.code} {line}:{column}")
-    return found
+    return places_of(reports_on(text), text)
 
 
 @pytest.mark.parametrize(
