@@ -4,13 +4,13 @@ import json
 import resource
 import signal
 import subprocess
-import time
 
 import pytest
 
 from exover.model.wire_reading import MAX_LINE
 from tests.cli.specs import SPEC
 from tests.support.command import COMMAND, environment
+from tests.support.sleeping import await_sleep
 
 STOP = '{"ask": "nd.stop"}\n'
 
@@ -130,7 +130,7 @@ def test_a_signal_ends_it_quietly(coprocess, number, status):
     coprocess.stdin.write(STOP.encode())
     coprocess.stdin.flush()
     coprocess.stdout.readline()
-    time.sleep(0.05)
+    await_sleep(coprocess.pid)
     coprocess.send_signal(number)
     assert coprocess.wait(10) == status
     assert coprocess.stderr.read() == b""

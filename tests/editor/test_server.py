@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from pygls.protocol import JsonRPCProtocol
 
 import exover
 from tests.support.editing import Editor, at, place
+from tests.support.sleeping import await_sleep
 from tests.support.warm import SERVER
 from tests.support.warm import command as warm
 
@@ -422,7 +422,7 @@ def test_a_signal_is_heard_though_the_main_thread_goes_on_waiting() -> None:
         pytest.skip("no signal can be sent to one thread of another process")
 
     def signalled(server: subprocess.Popen[bytes]) -> None:
-        time.sleep(0.5)  # until it waits
+        await_sleep(server.pid)
         others = [int(name) for name in os.listdir(f"/proc/{server.pid}/task") if int(name) != server.pid]
         assert others and tell(server.pid, others[0], signal.SIGTERM) == 0
 

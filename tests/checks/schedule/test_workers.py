@@ -451,24 +451,35 @@ def test_who_is_asked_beside_a_batch_comes_after_it(monkeypatch: pytest.MonkeyPa
     assert told(work, agenda, from_now(2, 100)) == {0: ours, 4: later, 5: later}
 
 
-def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callable[[float], None]) -> None:
+def test_a_batch_may_take_its_time_for_each_answer(
+    tmp_path: Path, skip: Callable[[float], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """For all of them it needs more than half of the time, and keeps nobody from a place."""
     found: dict[int, object] = {}
+    fresh: list[int] = []
+    heard: list[int] = []
+    """What was answered before the parent looked last who is too slow; `fresh`: what was answered since."""
 
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         for number in turn.numbers:
             say(number, "batch" if turn.together else "another")
-            await_file(tmp_path / str(number))
-            time.sleep(0.2)  # for the parent to look who is too slow
+            if turn.together:
+                await_file(tmp_path / str(number))
 
     def take(number: int, answer: object) -> bool:
         found[number] = answer
         skip(12.0)
-        (tmp_path / str(number)).touch()
+        fresh.append(number)
         return False
 
+    def looked() -> None:
+        for number in heard:
+            (tmp_path / str(number)).touch()
+        heard[:], fresh[:] = fresh, ()
+
+    monkeypatch.setattr(workers, "PULSE", 0.01)
     agenda = Agenda([Lot(range(12), together=True), Lot(range(12, 24))], 240.0, {n: n + 12 for n in range(12)})
-    spread(work, agenda, from_now(2, 240), silent, take)
+    spread(work, agenda, from_now(2, 240), silent, take, looked)
     assert found == dict.fromkeys(range(12), "batch")
 
 
@@ -524,26 +535,24 @@ def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
     assert halted == {False}
 
 
-def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    begun = tmp_path / "begun"
+def test_two_may_say_the_same_in_the_same_moment(monkeypatch: pytest.MonkeyPatch) -> None:
+    met: list[object] = []
 
     def work(turn: Turn, say: Say, progress: Progress) -> None:
-        if turn.numbers == (1,):
-            begun.touch()
-        while not begun.exists():
-            time.sleep(0.01)
         say(turn.numbers[0], "said")
-        time.sleep(1)
 
-    def late(channels: list[Connection], seconds: float) -> list[object]:
-        time.sleep(0.5)
-        return list(wait(channels, 0))
+    def together(channels: list[Connection], seconds: float) -> list[object]:
+        """Hear nobody before both have said it."""
+        found = list(wait(channels, 0.01))
+        if len(found) == 2:
+            met.extend(found)
+        return found if met else []
 
-    monkeypatch.setattr(workers, "wait", late)
+    monkeypatch.setattr(workers, "wait", together)
     monkeypatch.setattr("exover.checks.schedule.agenda.LONGEST", LEAST)
     agenda = Agenda([Lot((0,), together=True), Lot((1,))], 100.0, {0: 1})
     found = told(work, agenda, from_now(2, 100))
-    assert list(found.values()) == ["said"]
+    assert met and list(found.values()) == ["said"]
 
 
 def test_a_batch_gets_half_of_the_time_of_one_process() -> None:

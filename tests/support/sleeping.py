@@ -1,0 +1,13 @@
+"""Whether another process sleeps, as it does while it waits for input."""
+
+import time
+from pathlib import Path
+
+
+def await_sleep(pid: int, seconds: float = 60.0) -> None:
+    """Return once the first thread of a process sleeps; at once where the system does not tell."""
+    state = Path(f"/proc/{pid}/task/{pid}/stat")
+    until = time.monotonic() + seconds
+    while state.exists() and state.read_text().rpartition(")")[2].split()[0] != "S":
+        assert time.monotonic() < until, f"the process {pid} does not come to sleep"
+        time.sleep(0.01)
