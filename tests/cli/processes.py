@@ -32,7 +32,7 @@ import os
 import sys
 import time
 from pathlib import Path
-from exover.checks import run
+from exover.checks.schedule import plan
 from exover.checks.questions import safety
 from exover.checks.questions.question import Check, requests
 from exover.cli.main import main
@@ -41,7 +41,7 @@ def decide(context, question):
     Path(f"begun-{{os.getpid()}}").touch()
     CALL
 
-run.CHECKS = (Check("endless", "error", "it ends", requests, decide, safety.claim), *run.CHECKS)
+plan.CHECKS = (Check("endless", "error", "it ends", requests, decide, safety.claim), *plan.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
 ENDLESS = PROGRAM.replace("CALL", "hang()")

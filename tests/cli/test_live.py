@@ -189,7 +189,7 @@ def test_jobs_are_the_cores_that_we_may_use(monkeypatch: pytest.MonkeyPatch) -> 
 
 HUNGRY = """
 import sys
-from exover.checks import run
+from exover.checks.schedule import plan
 from exover.checks.questions import safety
 from exover.checks.questions.question import Check, requests
 from exover.cli.main import main
@@ -198,7 +198,7 @@ def decide(context, question):
     bytearray(2 << 30)
     raise AssertionError
 
-run.CHECKS = (Check("hungry", "error", "it ends", requests, decide, safety.claim), *run.CHECKS)
+plan.CHECKS = (Check("hungry", "error", "it ends", requests, decide, safety.claim), *plan.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
 """The command with a check that wants 2 GiB."""
