@@ -36,7 +36,7 @@ def check(spec: str, reports: Path, arguments: list[str]) -> int:
     """Return the status of `exover check` for a spec, or a folder of specs."""
     name = reports / os.path.normpath(spec).replace(os.sep, "-")
     outputs = [f"--output=sarif={name}.sarif", f"--output=junit={name}.xml"]
-    command = [sys.executable, "-m", "exover", "check", spec, "--format=github", *outputs, *arguments]
+    command = [sys.executable, "-P", "-m", "exover", "check", spec, "--format=github", *outputs, *arguments]
     return subprocess.run(command, check=False).returncode
 
 

@@ -135,7 +135,7 @@ def main() -> None:
     """Start the gate, do the mission, end the gate."""
     options = ["--bind", "nav2_docking.bind.toml", "--interfaces", "interfaces", "--domain", str(DOMAIN)]
     options += ["--log", str(Path(sys.argv[1]).resolve())] if len(sys.argv) > 1 else []
-    command = [sys.executable, "-m", "exover", "gate", "ros2", "nav2_docking.exo", *options]
+    command = [sys.executable, "-P", "-m", "exover", "gate", "ros2", "nav2_docking.exo", *options]
     with subprocess.Popen(command, cwd=HERE) as gate:
         try:
             drive(Mission())

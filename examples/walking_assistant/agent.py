@@ -20,7 +20,7 @@ def gate(log: str | None) -> StdioServerParameters:
     options = ["--bind", str(HERE / "assistant.bind.toml"), *(["--log", log] if log else [])]
     server = [sys.executable, str(HERE / "server.py")]
     return StdioServerParameters(
-        command=sys.executable, args=["-m", "exover", "gate", "mcp", str(SPEC), *options, "--", *server]
+        command=sys.executable, args=["-P", "-m", "exover", "gate", "mcp", str(SPEC), *options, "--", *server]
     )
 
 

@@ -46,7 +46,7 @@ async def findings(spec: Gathered, properties: Source | None, seconds: float) ->
     with Scratch() as scratch:
         if not scratch.folder:
             return []
-        command = [sys.executable, "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
+        command = [sys.executable, "-P", "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
         names = {}
         if properties:
             file = Path(scratch.folder, "editor.prop")

@@ -111,6 +111,14 @@ def test_the_action_leaves_only_alerts(repository: Path) -> None:
     assert {result["kind"] for result in log["results"]} == {"fail"}
 
 
+@pytest.mark.parametrize("name", ["exover/__init__.py", "exover.py", "queue.py", "argparse.py"])
+def test_the_action_runs_no_module_of_the_repository(repository: Path, name: str) -> None:
+    (repository / name).parent.mkdir(exist_ok=True)
+    (repository / name).write_text("raise SystemExit(0)")
+    assert act(repository, "'my specs/false.exo'").returncode == 1
+    assert "python -m" not in (ROOT / "action.yml").read_text(), "pip would run them, too"
+
+
 def test_what_the_action_cannot_read(repository: Path) -> None:
     for specs in ("", " \n", "'open"):
         done = act(repository, specs)

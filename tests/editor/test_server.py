@@ -337,6 +337,15 @@ def test_checks_are_told_and_ended_by_the_next_key(checking: Editor, folder: Pat
     checking.close(uri)
 
 
+def test_a_check_runs_no_module_that_stands_beside_the_spec(checking: Editor, folder: Path) -> None:
+    (folder / "beside").mkdir()
+    (folder / "beside" / "argparse.py").write_text("open('ran', 'w')")
+    uri = checking.open("beside/small.exo", SMALL + NEVER)
+    assert "rule-use" in {each.code for each in checking.diagnostics(uri, bool)}
+    assert not (folder / "beside" / "ran").exists()
+    checking.close(uri)
+
+
 def test_a_property_is_checked_as_it_is_typed(checking: Editor, folder: Path) -> None:
     (folder / "typed.exo").write_text(SMALL.replace("small", "typed"))
     (folder / "typed.prop").write_text("for typed;\nproperty p: possible active(m.a);\n")
