@@ -13,6 +13,9 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load
 from exover.places import PROPERTIES, SUFFIX
 
+NAMES_REPOSITORY = ("GIT_DIR", "GIT_WORK_TREE", "GIT_COMMON_DIR")
+"""Variables by which git takes a repository, whatever the folder is in which it is called."""
+
 
 class Revision:
     """The files of a revision of the repository that contains a path.
@@ -37,14 +40,21 @@ class Revision:
 
     def model(self) -> Model:
         """Return the model of the spec; if it has mistakes, they go to standard error, and `CliError` is raised."""
-        return model_of(load(source_of(self.shown(), self._content(self._path)), self._part))
+        return model_of(load(source_of(f"{self._top}{self._path}", self._content(self._path)), self._part))
+
+    @property
+    def _top(self) -> str:
+        """The name of the topmost folder while files are read: a folder, so that each path from a file is within it."""
+        return f"{self.name}:/"
 
     def _part(self, path: str, most: int) -> bytes:
         """Return the first `most` bytes of an included file; `OSError` if there is none."""
         try:
-            return self._content(PurePosixPath(os.path.normpath(path.removeprefix(f"{self.name}:"))))[:most]
-        except CliError as error:
-            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path) from error
+            if path.startswith(self._top):
+                return self._content(PurePosixPath(os.path.normpath(path.removeprefix(self._top))))[:most]
+        except CliError:
+            pass
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
 
     def properties(self, model: Model) -> Properties:
         """Return the properties that the spec had at the revision; the file is searched as in the work tree."""
@@ -94,13 +104,18 @@ class Revision:
     def _bytes(self, *words: str, otherwise: str = "", told: bytes = b"") -> bytes:
         command = ["git", "-C", self._folder, *words]
         try:
-            ended = subprocess.run(command, input=told, capture_output=True, check=False)
+            ended = subprocess.run(command, input=told, capture_output=True, check=False, env=_environment())
         except FileNotFoundError as error:
             raise CliError("--against asks git, which is not on PATH") from error
         if ended.returncode:
             said = ended.stderr.decode(errors="replace").strip().partition("\n")[0]
             raise CliError(f"{otherwise or 'git failed'}{f' (git: {said})' if said else ''}")
         return ended.stdout
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment without what names a repository, as in a hook of git: the folder of the spec does."""
+    return {name: value for name, value in os.environ.items() if name not in NAMES_REPOSITORY}
 
 
 def _folder(path: str) -> str:

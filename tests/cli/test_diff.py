@@ -250,6 +250,47 @@ def test_a_spec_is_compared_with_itself_at_a_revision(run, tmp_path: Path) -> No
     assert found["old"]["properties"] == str(prop)
 
 
+def repository(folder: Path, **files: str) -> None:
+    """Make a repository of one commit with these files."""
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    git(folder, "init", "-q")
+    git(folder, "add", ".")
+    git(folder, "commit", "-qm", "first")
+
+
+PART = "part p; module p { request q(); request r(); }"
+
+
+@pytest.mark.parametrize("folder", ["", "specs/"])
+def test_parts_are_those_of_a_revision_with_a_slash(run, tmp_path: Path, folder: str) -> None:
+    strict = f"{PART} mutex qr: p.q, p.r;"
+    spec = 'spec s; include "p.exo"; include "./p.exo";'
+    repository(tmp_path, **{f"{folder}s.exo": spec, f"{folder}p.exo": strict})
+    git(tmp_path, "update-ref", "refs/remotes/origin/main", "HEAD")
+    for name in ("p.exo", "origin/p.exo", "origin/specs/p.exo"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(PART)
+    (tmp_path / folder / "p.exo").write_text(PART)
+    assert run("diff", f"{folder}s.exo", "--against", "origin/main", "--deny-weaker").returncode == 1
+
+
+def test_no_part_of_a_revision_is_outside_of_it(run, tmp_path: Path) -> None:
+    repository(tmp_path, **{"specs/s.exo": 'spec s; include "../../p.exo";', "p.exo": PART})
+    done = run("diff", "specs/s.exo", "--against", "HEAD")
+    assert done.returncode == 2
+    assert "cannot read" in done.stderr
+
+
+def test_the_repository_is_that_of_the_spec_in_a_hook_too(run, tmp_path: Path) -> None:
+    repository(tmp_path, **{"specs/lift.exo": OLD, "lift.exo": OLD.replace("v <= 1", "v <= 0.5")})
+    (tmp_path / "specs" / "lift.exo").write_text(OLD.replace("v <= 1", "v <= 0.5"))
+    hook = {**os.environ, "GIT_DIR": str(tmp_path / ".git")}
+    done = run("diff", "specs/lift.exo", "--against", "HEAD", env=hook)
+    assert "changed:" in done.stdout, done
+
+
 def test_links_lead_to_files_at_a_revision(run, tmp_path: Path) -> None:
     spec, link = tmp_path / "specs" / "lift.exo", tmp_path / "specs" / "lift.prop"
     for file, text in (
