@@ -10,7 +10,7 @@ from exover.cli.policy import find_config
 from exover.cli.repository import CONFIG
 from exover.cli.status import CliError
 from exover.dataclass import dataclass
-from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part
+from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part, real_place
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ def specs_of(paths: Iterable[str], changed: bool = False) -> SpecFiles:
     found: dict[str, str] = {}
     for path in given:
         for spec in _including(path) if changed and _is_part(path) else _meant(path):
-            found.setdefault(os.path.realpath(spec), spec)
+            found.setdefault(real_place(spec), spec)
     return SpecFiles(tuple(found.values()), len(given) > 1 or given != list(found.values()))
 
 

@@ -46,6 +46,20 @@ def specs_below(place: Path) -> Path:
 # ---- which specs ----
 
 
+def test_links_to_one_spec_are_specs_of_the_folders_that_name_them(run, tmp_path: Path) -> None:
+    (tmp_path / "shared.exo").write_text(SPEC)
+    for name, property_of in (("a", "possible active(nd.goto)"), ("b", "never active(nd.goto)")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "y.exo").symlink_to("../shared.exo")
+        (tmp_path / name / "y.prop").write_text(f"for demo; property p: {property_of};")
+    (tmp_path / "again").symlink_to("b")
+    assert specs_of([str(tmp_path / "b" / "y.exo"), str(tmp_path / "again" / "y.exo")]).files == (
+        str(tmp_path / "b" / "y.exo"),
+    )
+    done = run("check", "a/y.exo", "b/y.exo", "--only", "property")
+    assert (done.returncode, "2 specs" in done.stdout) == (1, True), done.stdout
+
+
 def test_a_folder_stands_for_its_specs_and_each_counts_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = ["a.exo", "b/deaf.exo", "c.exo"]
     found = specs_of([str(folder)])
