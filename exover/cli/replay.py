@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+from collections.abc import Collection, Iterator, Sequence
 
 from exover.cli.files import load_file, read_bytes, read_spec, refuse_twice, shown, write_one
 from exover.cli.simulate import lines_in, open_events
@@ -21,16 +22,31 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_twice(arguments.box, arguments.spec, arguments.after)
     held = _box(arguments.box)
     model = _model(arguments.spec, held)
-    before = _lines(arguments.after)
-    runs = [replay(model, steps, before if number == 1 else ()) for number, steps in enumerate(held.runs, 1)]
+    runs = list(_replayed(model, held, _lines(arguments.after)))
     for number, steps in enumerate(runs, 1):
         out("".join(f"{line}\n" for line in _run(model, number, steps)))
     if held.damaged:
-        complain(f"exover: note: {held.damaged} lines of {shown(arguments.box)} are half written or have changed")
+        unjudged = ": what they held is not compared" if held.lost else ""
+        box = shown(arguments.box)
+        complain(f"exover: note: {held.damaged} lines of {box} are half written or have changed{unjudged}")
     if arguments.events:
         events = "".join(f"{json.dumps(step.event)}\n" for step in runs[-1])
         write_one(arguments.events, events.encode(), "--events")
-    return _status(runs)
+    return _status(runs, held.lost)
+
+
+def _replayed(model: Model, held: Box, before: Sequence[bytes]) -> Iterator[tuple[Replayed, ...]]:
+    """Yield the runs with their replay.
+
+    The event lines `before` are for the oldest run that needs them and for those that go on with its count of steps.
+    """
+    reached = 0
+    for run in held.runs:
+        if run[0].number <= reached:
+            before = ()
+        yield replay(model, run, before)
+        if earlier(run[0].number):
+            reached = run[-1].number
 
 
 def _run(model: Model, number: int, steps: tuple[Replayed, ...]) -> list[str]:
@@ -43,10 +59,10 @@ def _run(model: Model, number: int, steps: tuple[Replayed, ...]) -> list[str]:
     return [f"run {number}: steps {first} to {last}, {verdict}", *run_lines(model, steps)]
 
 
-def _status(runs: list[tuple[Replayed, ...]]) -> ExitStatus:
+def _status(runs: Collection[tuple[Replayed, ...]], lost: int) -> ExitStatus:
     if any(not step.agrees for steps in runs for step in steps):
         return ExitStatus.VIOLATED
-    return ExitStatus.UNKNOWN if any(steps[0].expected is None for steps in runs) else ExitStatus.OK
+    return ExitStatus.UNKNOWN if lost or any(steps[0].expected is None for steps in runs) else ExitStatus.OK
 
 
 def _box(path: str) -> Box:

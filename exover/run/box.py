@@ -54,11 +54,15 @@ class BoxStep:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """The recorded runs, the oldest first; `damaged`: the number of lines with a wrong checksum."""
+    """The recorded runs, the oldest first; a run is parted where lines of it are lost.
+
+    `damaged`: the number of lines with a wrong checksum; `lost`: of those, the ones that had been written whole.
+    """
 
     digest: bytes
     runs: tuple[tuple[BoxStep, ...], ...]
     damaged: int
+    lost: int
 
 
 # ---- the bytes ----
@@ -76,9 +80,13 @@ def read_box(data: bytes) -> Box:
     if len(data) < HEADER.size + count * LINE.size:
         raise NotABox(f"{HEADER.size + count * LINE.size} bytes belong to it, and {len(data)} are there")
     places = [LINE.unpack_from(data, HEADER.size + place * LINE.size) for place in range(count)]
-    lines = [_line(words) for words in places if _whole(words)]
-    damaged = sum(any(words) and not _whole(words) for words in places)
-    return Box(digest, tuple(_runs(_last(lines))), damaged)
+    lines = sorted((_line(words) for words in places if _whole(words)), key=lambda line: line.number)
+    newest = lines[-1].number if lines else 0
+    damaged = [place for place, words in enumerate(places) if not _whole(words) and (any(words) or place < newest)]
+    lost = sum(place != newest % count for place in damaged)  # the line behind the newest may be half written
+    stretches = _stretches(lines)
+    runs = [run for each in stretches for run in _runs(each, cut=each is not stretches[-1])]
+    return Box(digest, tuple(runs), len(damaged), lost)
 
 
 def _check(words: Iterable[int]) -> int:
@@ -94,17 +102,16 @@ def _line(words: Sequence[int]) -> Line:
     return Line(low | what >> 24 << 32, step, what & 255, what >> 8 & 0xFFFF, (a, b, c, e))
 
 
-def _last(lines: Iterable[Line]) -> list[Line]:
-    """Return the lines behind the last gap in their numbers, in order."""
-    ordered = sorted(lines, key=lambda line: line.number)
-    gaps = [place for place, (left, right) in enumerate(pairwise(ordered), 1) if right.number != left.number + 1]
-    return ordered[gaps[-1] if gaps else 0 :]
+def _stretches(lines: Sequence[Line]) -> list[Sequence[Line]]:
+    """Return lines, which are in order, parted at the gaps in their numbers."""
+    gaps = [place for place, (left, right) in enumerate(pairwise(lines), 1) if right.number != left.number + 1]
+    return [lines[start:end] for start, end in pairwise([0, *gaps, len(lines)])]
 
 
-def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
+def _runs(lines: Iterable[Line], cut: bool) -> Iterator[tuple[BoxStep, ...]]:
     """Yield the runs: a new one begins at each opening, and where step numbers do not follow each other.
 
-    Lines of a step whose event is lost are left out.
+    Lines of a step whose event is lost are left out, and so is a last step without an end if the lines are `cut` off.
     """
     run: list[BoxStep] = []
     for line in lines:
@@ -115,6 +122,8 @@ def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
             run.append(BoxStep(line.step, line.what, tuple(map(_signed, line.words)), line.count))
         elif run and run[-1].fault is None:
             run[-1] = _more(run[-1], line)
+    if run and cut and run[-1].fault is None:
+        del run[-1]
     if run:
         yield tuple(run)
 

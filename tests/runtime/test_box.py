@@ -453,6 +453,73 @@ def test_replay_says_where_an_answer_is_not_that_of_the_reference(boxing: Boxing
     assert first.agrees and not second.agrees
 
 
+def flipped(data: bytes, place: int) -> bytes:
+    """Return a box with one bit of the line at a place changed."""
+    changed = bytearray(data)
+    changed[HEADER.size + LINE.size * place + 20] ^= 1
+    return bytes(changed)
+
+
+def answered_wrongly(data: bytes) -> tuple[bytes, int]:
+    """Return a box whose first launch has another slot, and the place of that line."""
+    changed = bytearray(data)
+    for place in range((len(data) - HEADER.size) // LINE.size):
+        words = list(LINE.unpack_from(data, HEADER.size + LINE.size * place))
+        if words[2] & 255 == box.ANSWER:
+            words[4] += 1
+            words[7] = reduce(lambda total, word: (total ^ word) * 16777619 & 0xFFFFFFFF, words[:7], 2166136261)
+            LINE.pack_into(changed, HEADER.size + LINE.size * place, *words)
+            return bytes(changed), place
+    raise AssertionError("there is an answer")
+
+
+def test_a_line_that_has_changed_hides_no_wrong_answer_of_another_step(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    boxed.run(boxed.lines(EVENTS))
+    data, wrong = answered_wrongly(boxed.run(boxed.lines(EVENTS)))  # two runs
+    (boxed.folder / "boxed.exo").write_text(SPEC)
+    newest = max(line[0] for line in struct.iter_unpack("<8I", data[HEADER.size :]))
+    for place in range(wrong + 3, newest - 1):
+        boxed.file.write_bytes(flipped(data, place))
+        done = command(boxed.folder, "box.bin", "boxed.exo")
+        assert done.returncode == 1, place
+        assert "1 lines of box.bin are half written or have changed: what they held is not compared" in done.stderr
+
+
+def test_what_cannot_be_compared_is_never_well(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    boxed.run(boxed.lines(EVENTS))
+    data = boxed.run(boxed.lines(EVENTS))
+    (boxed.folder / "boxed.exo").write_text(SPEC)
+    (boxed.folder / "log.jsonl").write_text("".join(f"{json.dumps(event)}\n" for event in EVENTS))
+    newest = max(line[0] for line in struct.iter_unpack("<8I", data[HEADER.size :]))
+    for place in range(newest - 1):
+        for content in (flipped(data, place), data[: 64 + 32 * place] + bytes(32) + data[96 + 32 * place :]):
+            boxed.file.write_bytes(content)
+            done = command(boxed.folder, "box.bin", "boxed.exo")
+            assert done.returncode == 3, place
+    first = read_box(data).runs[0]
+    parts = read_box(flipped(data, 12)).runs
+    assert [step for part in parts[:2] for step in part] == [step for step in first if step.number != 3]
+    boxed.file.write_bytes(flipped(data, 12))
+    assert "not compared: the 3 steps before it are lost" in command(boxed.folder, "box.bin", "boxed.exo").stdout
+    done = command(boxed.folder, "box.bin", "boxed.exo", "--after", "log.jsonl")
+    assert done.returncode == 3
+    assert [line.partition(", ")[2] for line in done.stdout.splitlines() if line.startswith("run ")] == [
+        "all as the reference answers"
+    ] * 3
+
+
+def test_a_line_that_is_half_written_behind_the_newest_is_no_loss(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    data = boxed.run(boxed.lines(EVENTS))
+    (boxed.folder / "boxed.exo").write_text(SPEC)
+    newest = max(line[0] for line in struct.iter_unpack("<8I", data[HEADER.size :]))
+    boxed.file.write_bytes(flipped(data, newest))
+    done = command(boxed.folder, "box.bin", "boxed.exo")
+    assert (done.returncode, "1 lines of box.bin" in done.stderr) == (0, True)
+
+
 def test_replay_of_a_box_that_is_none(tmp_path: Path, small: Build, boxing: Boxing) -> None:
     boxed = boxing(20)
     data = boxed.run(boxed.lines(EVENTS))
