@@ -31,13 +31,13 @@ class Verified:
 
 def read(text: bytes) -> dict[str, Any]:
     """Return the certificate in the bytes of a file; raises `Unreadable` if they are none."""
-    try:
-        found = json.loads(text)
+    try:  # an object in which a key stands twice is none
+        found = json.loads(text, object_pairs_hook=lambda said: dict(said) if len(dict(said)) == len(said) else None)
     except (ValueError, RecursionError) as error:
         raise Unreadable("it is not JSON") from error
     if not isinstance(found, dict) or "certificate" not in found:
         raise Unreadable("it is no certificate")
-    if found["certificate"] != FORMAT:
+    if json.dumps(found["certificate"]) != str(FORMAT):
         raise Unreadable(f"its format is {json.dumps(found['certificate'])}, and this program reads {FORMAT}")
     findings = found["findings"] if isinstance(found.get("findings"), list) else ()
     for what, said, keys in [("it", found, KEYS), *(("a finding", each, FINDING) for each in findings)]:
@@ -65,6 +65,8 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
         checker.keep(certificate["kept"])
         for finding in certificate["findings"]:
             about = f"{finding['check']} {finding['subject']}: "
+            if finding["verdict"] not in ("holds", "violated", "unknown"):
+                raise Refused(f"{json.dumps(finding['verdict'])} is no verdict")
             if finding["proof"]["kind"] == "none":
                 unproved.append((finding, str(finding["proof"]["reason"])))
             else:

@@ -108,8 +108,8 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
 
 
 def _is_wanted(finding: "Finding") -> bool:
-    """Return whether a finding holds and its check has severity error."""
-    return finding["verdict"] == "holds" and SEVERITY.get(finding["check"]) == "error"
+    """Return whether a finding holds and its check has severity error, as one that is not known is taken to have."""
+    return finding["verdict"] == "holds" and SEVERITY.get(finding["check"], "error") == "error"
 
 
 def _table(path: str) -> bytes:

@@ -223,7 +223,7 @@ WORDS: dict[str, Callable[[Json], object]] = {
         "proof"
     ].update(parts=[]),
     "lockout nd.stop: the proof lacks 'layers'": lambda made: part(made, "lockout", "nd.stop", "layers").pop("layers"),
-    "safety drive: the proof has not the form": lambda made: finding(made, "safety", "drive").update(verdict="so"),
+    "safety drive: the proof has not the form": lambda made: finding(made, "safety", "drive").update(verdict="unknown"),
     "this is no formula of SMT-LIB: 5": lambda made: made.update(invariant=[5]),
     "not true at first: false": lambda made: made.update(invariant=["false"]),
     "it, or the table, has not the form": lambda made: made.update(watched=[5]),
@@ -248,9 +248,29 @@ def test_what_is_no_certificate_cannot_be_read(content: bytes) -> None:
         read(content)
 
 
-def test_a_certificate_of_another_format_cannot_be_read(made: Json) -> None:
+@pytest.mark.parametrize("written", [1, 3.0, True, "3", None])
+def test_a_certificate_of_another_format_cannot_be_read(made: Json, written: object) -> None:
     with pytest.raises(Unreadable, match="format"):
-        read(json.dumps(made | {"certificate": 1}).encode())
+        read(json.dumps(made | {"certificate": written}).encode())
+
+
+def test_what_says_a_key_twice_cannot_be_read(made: Json) -> None:
+    text = json.dumps(made)
+    read(text.encode())
+    for once, twice in (("{", '{"findings": [], '), ('"check":', '"check": "safety", "check":')):
+        with pytest.raises(Unreadable):
+            read(text.replace(once, twice, 1).encode())
+
+
+@pytest.mark.parametrize("verdict", ["hold", "holds (proved)", "", None, ["holds"]])
+def test_a_verdict_that_is_none_is_refused(built: Build, made: Json, verdict: object) -> None:
+    for kind in ("formula", "none"):
+        changed = deepcopy(made)
+        found = next(each for each in changed["findings"] if each["proof"]["kind"] == "formula")
+        found["verdict"] = verdict
+        if kind == "none":
+            found["proof"] = {"kind": "none", "reason": ""}
+        assert "is no verdict" in refusal(built, changed)
 
 
 def test_a_solver_that_gives_up_is_not_believed(built: Build, made: Json, monkeypatch: pytest.MonkeyPatch) -> None:
