@@ -20,6 +20,8 @@ MAX_LINE = 1 << 20
 """Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
 TOO_LONG = MAX_LINE + len(b"\r\n")
 """A line is longer than MAX_LINE if this many bytes hold no line feed."""
+LONG_LINE = Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
+"""What a line is that is longer than MAX_LINE."""
 
 _TINY = Decimal("1e-400")
 """A positive number that rounds to the double 0 but is not whole."""
@@ -42,7 +44,7 @@ def read_entries(model: Model, entries: Json) -> Event | Invalid:
 def read_object(line: str | bytes) -> Json | Invalid:
     """Return the JSON object of a line, or the `bad-event` if it holds none."""
     if 4 * len(line) > MAX_LINE and _size(line) > MAX_LINE:  # a character has up to four bytes
-        return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
+        return LONG_LINE
     try:
         text = (line.decode() if isinstance(line, bytes) else line).removeprefix("\ufeff")
         found = _DECODER.decode(text.rstrip("\r\n"))

@@ -12,7 +12,7 @@ from exover.dataclass import dataclass
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.wire import answer_line
-from exover.model.wire_reading import MAX_LINE, read_entries, read_object
+from exover.model.wire_reading import LONG_LINE, MAX_LINE, TOO_LONG, read_entries, read_object
 from exover.run.records import LISTEN, RecordCodec
 from exover.run.simulate import Engine
 
@@ -218,12 +218,14 @@ class CheckerServer:
                 yield Invalid("bad-event", "1 is to listen, 0 is not to")
 
     def _lines(self, client: Client) -> Iterator[Event | Invalid]:
-        while (end := client.coming.find(b"\n")) >= 0 or client.ended or len(client.coming) > MAX_LINE:
+        while (end := client.coming.find(b"\n")) >= 0 or client.ended or len(client.coming) >= TOO_LONG:
             whole = end >= 0
             line = bytes(client.coming[: end if whole else len(client.coming)])
             del client.coming[: end + 1 if whole else len(client.coming)]
             passed, client.overlong = client.overlong, not whole and not client.ended
-            if line.strip() and not passed and (event := self._event(client, line)) is not None:
+            if not passed and client.overlong:
+                yield LONG_LINE
+            elif not passed and line.strip() and (event := self._event(client, line)) is not None:
                 yield event
             if not whole:
                 return

@@ -19,6 +19,7 @@ from typing import Any
 import pytest
 
 from exover.model.model import Model
+from exover.model.wire_reading import MAX_LINE
 from exover.pipeline import load
 from exover.run import serve
 from exover.run.simulate import ReferenceEngine
@@ -191,6 +192,22 @@ def test_bad_lines_are_answered_and_the_client_stays(served: Served) -> None:
     assert codes == ["bad-event", "bad-event", "bad-event", "bad-event", None]
     with pytest.raises(EOFError):
         peer.hear()
+
+
+@pytest.mark.parametrize("first", [1, 2, 3])
+def test_a_line_that_is_too_long_is_no_event_wherever_it_is_cut(tmp_path: Path, model: Model, first: int) -> None:
+    full = json.dumps(GOTO).encode().ljust(MAX_LINE)
+    with here(tmp_path, model, []) as server, closing(Peer(tmp_path / "sock").socket) as connected:
+        server.turn(PATIENCE)
+        (client,) = server.clients.values()
+        codes = []
+        for pieces in ((b"\r" * first, b" \n"), (b"\r", b"\n")):
+            client.coming += full
+            for piece in pieces:
+                connected.sendall(piece)
+                server.turn(PATIENCE)
+            codes += [json.loads(line)["actions"][0].get("invalid") for line in connected.recv(1 << 16).splitlines()]
+        assert codes == ["bad-event", None]
 
 
 def test_records_say_what_lines_say(served: Served, tmp_path: Path, model: Model) -> None:
