@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from itertools import chain, count
 from pathlib import Path
 
 
@@ -20,9 +21,7 @@ def main() -> int:
     if not specs:
         print("::error title=exover::the input `specs` of the action names none")
         return 2
-    statuses = [check(spec, reports, arguments) for spec in specs]
-    for log in reports.glob("*.sarif"):
-        keep_alerts(log)
+    statuses = [check(spec, reports / name, arguments) for spec, name in zip(specs, report_names(specs), strict=True)]
     return next((status for status in statuses if status), 0)
 
 
@@ -32,12 +31,26 @@ def names(text: str) -> Iterator[str]:
         yield from [line] if line and os.path.exists(line) else shlex.split(line)
 
 
-def check(spec: str, reports: Path, arguments: list[str]) -> int:
-    """Return the status of `exover check` for a spec, or a folder of specs."""
-    name = reports / os.path.normpath(spec).replace(os.sep, "-")
-    outputs = [f"--output=sarif={name}.sarif", f"--output=junit={name}.xml"]
+def report_names(specs: list[str]) -> list[str]:
+    """Return a name for the reports of each spec: its path with `-` for each separator; a number parts equal ones."""
+    found: list[str] = []
+    for spec in specs:
+        name = os.path.normpath(spec).replace(os.sep, "-")
+        others = (f"{name}-{number}" for number in count(2))
+        found.append(next(each for each in chain([name], others) if each not in found))
+    return found
+
+
+def check(spec: str, report: Path, arguments: list[str]) -> int:
+    """Write the reports on a spec, or a folder of specs, and return the status of `exover check`."""
+    log = Path(f"{report}.sarif")
+    log.unlink(missing_ok=True)
+    outputs = [f"--output=sarif={log}", f"--output=junit={report}.xml"]
     command = [sys.executable, "-P", "-m", "exover", "check", spec, "--format=github", *outputs, *arguments]
-    return subprocess.run(command, check=False).returncode
+    status = subprocess.run(command, check=False).returncode
+    if log.is_file():
+        keep_alerts(log)
+    return status
 
 
 def keep_alerts(path: Path) -> None:

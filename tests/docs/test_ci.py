@@ -111,6 +111,31 @@ def test_the_action_leaves_only_alerts(repository: Path) -> None:
     assert {result["kind"] for result in log["results"]} == {"fail"}
 
 
+def test_the_action_writes_reports_of_its_own_for_each_spec(repository: Path) -> None:
+    for name, text in (("a/b-c.exo", DEAF), ("a-b/c.exo", SPEC), ("a-b-c.exo", SPEC)):
+        (repository / name).parent.mkdir(exist_ok=True)
+        (repository / name).write_text(text)
+    assert act(repository, "a/b-c.exo a-b/c.exo a-b-c.exo").returncode == 1
+    logs = {path.name: json.loads(path.read_text()) for path in (repository / "out").glob("*.sarif")}
+    alerts = {name: len(log["runs"][0]["results"]) for name, log in logs.items()}
+    assert {name: found > 0 for name, found in alerts.items()} == {
+        "a-b-c.exo.sarif": True,
+        "a-b-c.exo-2.sarif": False,
+        "a-b-c.exo-3.sarif": False,
+    }
+
+
+def test_the_action_leaves_logs_of_other_tools_as_they_are(repository: Path) -> None:
+    (repository / "out").mkdir()
+    other = repository / "out" / "other.sarif"
+    other.write_text('{"runs": [{"results": [{}]}]}')
+    (repository / "out" / "wrong.exo.sarif").write_text("{}")
+    (repository / "wrong.exo").write_text("spec wrong")
+    assert act(repository, "'my specs/good.exo'").returncode == 0
+    assert other.read_text() == '{"runs": [{"results": [{}]}]}'
+    assert act(repository, "wrong.exo").returncode == 2
+
+
 @pytest.mark.parametrize("name", ["exover/__init__.py", "exover.py", "queue.py", "argparse.py"])
 def test_the_action_runs_no_module_of_the_repository(repository: Path, name: str) -> None:
     (repository / name).parent.mkdir(exist_ok=True)
