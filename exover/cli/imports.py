@@ -5,10 +5,13 @@ import os
 import re
 from collections.abc import Sequence
 
+from exover.cli.arguments import outputs_of
 from exover.cli.files import read_source, write_one
+from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.imports.part import Imported, UnreadableDescription
+from exover.model.wording import visible
 from exover.source import Source
 from exover.syntax.lex import RESERVED
 
@@ -44,6 +47,8 @@ def _genom(arguments: argparse.Namespace, sources: Sequence[Source]) -> Imported
         given = preprocess(source.name, source.text, arguments.folders)
     except NotPreprocessed as reason:
         raise CliError(f"{source.name}: {reason}") from reason
+    for file in given.files:
+        refuse_over(file, *outputs_of(arguments))
     return import_genom(given, _head(arguments))
 
 
@@ -61,6 +66,6 @@ def _head(arguments: argparse.Namespace) -> str:
     name = arguments.name or re.sub(r"\W", "_", stem, flags=re.ASCII)
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII) or name in RESERVED:
         raise CliError(f"{name} is no name: letters, digits and `_`; say with --name how it is called")
-    files = ", ".join(map(os.path.basename, arguments.files))
+    files = visible(", ".join(map(os.path.basename, arguments.files)))
     word = "spec" if arguments.spec else "part"
     return f"// Made by `exover import` of {files}; what it leaves open stands in comments.\n{word} {name};"

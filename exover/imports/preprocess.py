@@ -32,6 +32,11 @@ class Preprocessed:
     missing: tuple[str, ...]
     starts: tuple[tuple[int, str, int], ...]
 
+    @property
+    def files(self) -> frozenset[str]:
+        """The names of the file and of those that it includes."""
+        return frozenset(file for _, file, _ in self.starts)
+
     def origin(self, line: int) -> tuple[str, int]:
         """Return the file and the line in it from which a line of the text comes."""
         at = bisect_right(self.starts, line, key=lambda each: each[0]) - 1

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from shutil import which
 
 import pytest
 
@@ -83,3 +84,23 @@ def test_what_cannot_be_imported_is_an_error_and_nothing_is_written(run, tmp_pat
 def test_an_empty_component_is_a_part(run, tmp_path):
     (tmp_path / "empty.gen").write_text("component c { };")
     assert run("import", "empty.gen").stdout.endswith("part empty;\n\nmodule c {}\n")
+
+
+@pytest.mark.skipif(not any(map(which, ("cpp", "gcc", "clang"))), reason="there is no C preprocessor")
+def test_a_file_that_is_included_is_not_written_over(run, tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "b.h").write_text("")
+    (tmp_path / "a.gen").write_text('#include "parts/b.h"\ncomponent c { activity a(); };')
+    done = run("import", "a.gen", "--out", "parts/b.h")
+    assert (done.returncode, (tmp_path / "parts" / "b.h").read_text()) == (2, "")
+    assert "parts/b.h cannot be written over: the command reads it" in done.stderr
+    assert run("import", "a.gen", "--out", "parts/c.exo").returncode == 0
+
+
+@pytest.mark.parametrize("name", ["a\nmodule evil { request z(); }", "a\rb", "a\x1b[2Jb", "a\u2028b"])
+def test_a_name_with_control_characters_stays_in_its_comment(run, tmp_path, name):
+    (tmp_path / f"{name}.gen").write_text("component c { activity a(); };")
+    done = run("import", f"{name}.gen", "--name", "a", "--out", "a.exo")
+    assert (done.returncode, done.stderr) == (0, "")
+    first, second, *_ = (tmp_path / "a.exo").read_text().splitlines()
+    assert (first.isprintable(), second) == (True, "part a;")
