@@ -5,16 +5,20 @@ import json
 import os
 from collections.abc import Collection, Iterator, Sequence
 
-from exover.cli.files import load_file, read_bytes, read_spec, refuse_twice, shown, write_one
+from exover.cli.files import read_bytes, read_spec, refuse_twice, shown, write_one
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
+from exover.diagnostics import Diagnostic
 from exover.model.model import Model
 from exover.model.replayed import Replayed
+from exover.pipeline import load
+from exover.places import read_part
 from exover.report.replayed import run_lines
 from exover.run.box import Box, NotABox, earlier, read_box
 from exover.run.replay import replay
+from exover.syntax.decode import decode
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -87,10 +91,19 @@ def _model(path: str | None, held: Box) -> Model:
             )
         return model
     for spec in specs_of([os.curdir]).files:
-        loaded = load_file(spec)
-        if loaded.model is not None and digest(loaded.model) == held.digest:
-            return loaded.model
+        found = _readable(spec)
+        if found is not None and digest(found) == held.digest:
+            return found
     raise CliError(f"no spec here has the sha256 of the box, {held.digest.hex()}: name the spec behind the box")
+
+
+def _readable(path: str) -> Model | None:
+    """Return the model of a spec, None if it cannot be read or has mistakes."""
+    try:
+        source = decode(path, read_bytes(path))
+    except CliError:
+        return None
+    return None if isinstance(source, Diagnostic) else load(source, read_part).model
 
 
 def _lines(path: str | None) -> list[bytes]:

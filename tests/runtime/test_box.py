@@ -453,6 +453,17 @@ def test_replay_says_where_an_answer_is_not_that_of_the_reference(boxing: Boxing
     assert first.agrees and not second.agrees
 
 
+def test_the_spec_is_found_beside_what_is_none(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    boxed.run(boxed.lines(EVENTS))
+    for name, content in (("a", b"\xff"), ("b", b"spec b"), ("c", b"spec c; include 'no.exo';"), ("z", SPEC.encode())):
+        (boxed.folder / f"{name}.exo").write_bytes(content)
+    (boxed.folder / "d.exo").symlink_to("nowhere")
+    (boxed.folder / "e.exo").mkdir()
+    done = command(boxed.folder, "box.bin")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def flipped(data: bytes, place: int) -> bytes:
     """Return a box with one bit of the line at a place changed."""
     changed = bytearray(data)
