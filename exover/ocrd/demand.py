@@ -99,6 +99,8 @@ class Decider:
         view = View(newcomer=request)
         asked = self.questions.rules[request.name] if rules is None else rules
         instances = [i for rule in asked for i in self.questions.instances(rule, request)]
+        for choice, _ in self._choices(request, instances):
+            self.manager.level(choice)  # above what it selects from, which another may have selected from before
         busy: list[tuple[int, Do]] = []
         if not request.interrupts_self:
             busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
@@ -116,15 +118,18 @@ class Decider:
 
         Both are elements. Only counters that have numbers by now are found: build the conditions first.
         """
-        asked = [(guard.condition, ParameterOwner(request.name)) for guard in request.guards]
+        found: dict[int, set[str]] = {}
+        for choice, of in self._choices(request, instances):
+            found.setdefault(choice, set()).add(of)
+        return {choice: self.symbolic.counting(requests) for choice, requests in found.items()}
+
+    def _choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> Iterator[tuple[int, str]]:
+        """Yield each argument that selects a counter, an element, with the request that is counted."""
+        for guard in request.guards:
+            yield from self.symbolic.choices(guard.condition, ParameterOwner(request.name))
         for rule, slot in ((instance.rule, instance.slot) for instance in instances):
             if rule.slot_of is not None:
-                asked.append((rule.condition, ParameterOwner(rule.slot_of, slot)))
-        found: dict[int, set[str]] = {}
-        for condition, subject in asked:
-            for choice, of in self.symbolic.choices(condition, subject):
-                found.setdefault(choice, set()).add(of)
-        return {choice: self.symbolic.counting(requests) for choice, requests in found.items()}
+                yield from self.symbolic.choices(rule.condition, ParameterOwner(rule.slot_of, slot))
 
     # ---- clearing ----
 

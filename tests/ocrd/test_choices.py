@@ -2,7 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 from exover.ocrd.compile import compile_model
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
+from exover.ocrd.diagram import Manager
+from exover.ocrd.vector import Vocabulary
 from tests.support.engines import DIGEST, model_of
 
 SPECS = Path(__file__).parents[1] / "specs"
@@ -36,3 +42,14 @@ def test_the_tables_of_a_cell_for_sample_preparation_are_small() -> None:
     found = compile_model(model, DIGEST)
     assert found.figures.nodes < 1050
     assert len(found.tables.entries) < 350
+
+
+@pytest.mark.parametrize("values", [10, 20])
+def test_what_slots_select_by_is_tested_before_what_they_select_from(values: int) -> None:
+    """The second slot's argument was tested after the counters, whose values a diagram then has to remember."""
+    held = f"(p: int in 1 .. {values}) instances 2"
+    clean = f"request clean{held} {{ fail when active(m.go with p == self.p); }}"
+    questions = DecisionContext(Vocabulary(model_of(f"spec s; module m {{ request go{held}; {clean} }}")))
+    manager = Manager()
+    Decider(questions, manager).decide(questions.model.request["m.go"])
+    assert len(manager) < 40 * values
