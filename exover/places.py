@@ -41,14 +41,6 @@ def find_properties(spec: str, name: str) -> list[str]:
     return list(found.values())
 
 
-def real_place(file: str) -> str:
-    """Return the name of a file in the real folder that holds it; the file itself may be a link.
-
-    What belongs to a spec is looked for where it is named, so links to one file in two folders are two specs.
-    """
-    return os.path.join(os.path.realpath(os.path.dirname(file)), os.path.basename(file))
-
-
 def below(folder: str, suffixes: tuple[str, ...], unread: Callable[[OSError], object]) -> Iterator[str]:
     """Yield the paths in a folder and below, hidden folders left out, whose names end so.
 

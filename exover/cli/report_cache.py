@@ -21,7 +21,7 @@ from pathlib import Path
 
 import exover
 from exover.cli.replacing import replacing
-from exover.cli.repository import CONFIG, folders_up
+from exover.cli.repository import CONFIG, folders_up, real_place
 from exover.dataclass import dataclass
 
 FOLDER, OFF = ".exover_cache", "EXOVER_NO_CACHE"
@@ -214,22 +214,17 @@ def _parts(spec: Path) -> list[Path]:
 
     A file that is included by several names is returned for each folder: what it includes itself is looked for there.
     """
-    found, known = [spec], {_in_folder(spec)}
+    found, known = [spec], {real_place(spec)}
     for file in found:
         text = file.read_bytes()
         named = INCLUDE.findall(text)
         if len(named) != len(re.findall(rb"\binclude\b", text)):
             raise OSError(errno.EINVAL, "what it includes is not plain to see", str(file))
         for part in (file.parent / os.fsdecode(name) for name in named):
-            if (place := _in_folder(part)) not in known:
+            if (place := real_place(part)) not in known:
                 known.add(place)
                 found.append(part)
     return found
-
-
-def _in_folder(file: Path) -> str:
-    """Return the name of a file in the real folder that holds it; the file itself may be a link."""
-    return os.path.join(os.path.realpath(file.parent), file.name)
 
 
 def _properties(spec: Path) -> list[Path]:

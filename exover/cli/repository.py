@@ -1,4 +1,4 @@
-"""The folders of a project, in which the configuration of a spec is looked for."""
+"""Where the files of a project are: the folders up to the root of its repository, and the real place of a file."""
 
 import os
 from pathlib import Path
@@ -14,6 +14,14 @@ def folders_up(file: Path) -> list[Path]:
     folders = list(_named(file).parents)
     root = next((place for place, folder in enumerate(folders) if (folder / ".git").exists()), 0)
     return folders[: root + 1]
+
+
+def real_place(file: str | Path) -> str:
+    """Return the name of a file in the real folder that holds it; the file itself may be a link.
+
+    What belongs to a spec is looked for where it is named, so links to one file in two folders are two specs.
+    """
+    return os.path.join(os.path.realpath(os.path.dirname(file)), os.path.basename(file))
 
 
 def _named(file: Path) -> Path:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from exover.cli.policy import find_config
-from exover.cli.repository import CONFIG
+from exover.cli.repository import CONFIG, real_place
 from exover.cli.status import CliError
 from exover.dataclass import dataclass
-from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part, real_place
+from exover.places import SPEC, SUFFIX, below, find_including, find_specs, is_part
 
 
 @dataclass(frozen=True, slots=True)
