@@ -9,6 +9,7 @@ from exover.checks.questions import SEVERITY
 from exover.cli.files import read_bytes, read_properties, read_spec
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
+from exover.model.wording import visible
 from exover.pipeline import claimed, different, embedded
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
             return ExitStatus.VIOLATED
     shown = [each for each in tables if each["verdict"] == "holds"]
     unproved = [(each, reason) for each, reason in found.unproved if each not in shown]
-    lines = [f"{each['check']} {each['subject']}: no proof: {reason}" for each, reason in unproved]
+    lines = [visible(f"{each['check']} {each['subject']}: no proof: {reason}") for each, reason in unproved]
     whose = (
         "--spec tells whether its claims are those of it"
         if arguments.spec is None

@@ -51,6 +51,14 @@ def test_what_the_spec_proves_of_the_tables_is_what_the_certificate_says(run, sp
     assert "it says violated, and it is proved that it holds" in done.stderr
 
 
+def test_what_a_certificate_says_does_not_control_a_terminal(run, spec, tmp_path):
+    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    changed(tmp_path / "demo.cert", lambda each: each.update(proof={"kind": "none", "reason": "\x1b[2Jtrust me"}))
+    done = run("verify", "demo.cert", "--table", "out/demo.bin")
+    assert done.returncode == 0 and "no proof: \ufffd[2Jtrust me\n" in done.stdout
+
+
 def test_strict_asks_for_the_proof_of_what_holds(run, spec, tmp_path):
     assert run("check", spec, "--certificate", "demo.cert").returncode == 0
     assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
