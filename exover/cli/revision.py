@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from exover.cli.files import model_of, properties_of, source_of, the_properties
+from exover.cli.repository import real_place
 from exover.cli.status import CliError
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -32,7 +33,7 @@ class Revision:
         self._commit = self._git(
             "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}", otherwise=missing
         ).strip()
-        self._path = PurePosixPath(os.path.relpath(os.path.realpath(path), os.path.realpath(self._root)))
+        self._path = PurePosixPath(os.path.relpath(real_place(path), os.path.realpath(self._root)))
 
     def shown(self, path: PurePosixPath | None = None) -> str:
         """Return the name of a file in messages, REVISION:PATH; default: of the spec."""

@@ -319,6 +319,21 @@ def test_links_lead_to_files_at_a_revision(run, tmp_path: Path) -> None:
         git(tmp_path, "reset", "-q", "--hard", "HEAD~")
 
 
+def test_a_spec_that_is_a_link_has_the_properties_beside_it_at_a_revision(run, tmp_path: Path) -> None:
+    for file, text in {
+        "shared/lift.exo": OLD,
+        "cabin/lift.prop": "for lift; property a: possible active(cabin.go);",
+    }.items():
+        (tmp_path / file).parent.mkdir()
+        (tmp_path / file).write_text(text)
+    (tmp_path / "cabin" / "lift.exo").symlink_to(Path("..", "shared", "lift.exo"))
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    found = json.loads(run("diff", "cabin/lift.exo", "--against", "HEAD", "--format", "json").stdout)
+    assert found["old"]["properties"] == "HEAD:cabin/lift.prop" and found["properties"] == []
+
+
 def test_nothing_is_known_when_the_time_is_over(run, tmp_path: Path) -> None:
     (tmp_path / "old.exo").write_text(OLD)
     done = run.apart("diff", tmp_path / "old.exo", tmp_path / "old.exo", "--timeout", "0.001")
