@@ -2,6 +2,7 @@
 
 import errno
 import os
+import stat
 from collections.abc import Callable
 from contextlib import suppress
 from time import time
@@ -11,6 +12,8 @@ from exover.gate.gate import Journal
 Complaint = Callable[[str], None]
 Take = Callable[[bytes], None]
 """Takes a line, with its line end."""
+UNREAD = {errno.EAGAIN: "what it holds is not read", errno.ENXIO: "nobody reads it"}
+"""Why a pipe cannot be written, by error number."""
 
 
 def no_journal(entry: str) -> None:
@@ -31,15 +34,16 @@ def stamped(*takers: Take, clock: Callable[[], float] = time) -> Journal:
 class JournalFile:
     """Appends each line, whole or not at all, before the call returns; raises `OSError` only when it is made.
 
-    Part of a line stays if another process has written behind it. Lines that cannot be written are counted, the first
-    of them is complained of, and their number is written before the next line that can be.
+    It waits for no reader of a pipe. Part of a line stays, and is ended by a line end, if another process has written
+    behind it or if it is in a pipe. Lines that cannot be written are counted, the first of them is complained of, and
+    their number is written before the next line that can be.
     """
 
     def __init__(self, path: str, complain: Complaint, clock: Callable[[], float] = time) -> None:
         self._path = path
         self._complain = complain
         self._clock = clock
-        self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o644)
+        self._file = _opened(path)
         self._lost = 0
         self._begun = b"" if _ends_whole(path) else b"\n"
         """What ends the half of a line that was in the file before."""
@@ -51,7 +55,8 @@ class JournalFile:
             self._write(self._begun + note + line)
         except OSError as error:
             if not self._lost:
-                self._complain(f"cannot write {self._path}: {error.strerror}; decisions go on, and are not in it")
+                reason = UNREAD.get(error.errno or 0, error.strerror)
+                self._complain(f"cannot write {self._path}: {reason}; decisions go on, and are not in it")
             self._lost += 1
         else:
             self._lost, self._begun = 0, b""
@@ -60,7 +65,10 @@ class JournalFile:
         written = os.write(self._file, data)
         if written == len(data):
             return
-        with suppress(OSError):  # it is a pipe or a device
+        if not stat.S_ISREG(os.fstat(self._file).st_mode):  # nothing is taken back: the next line ends this one
+            self._begun = b"\n"
+            raise OSError(errno.EAGAIN, UNREAD[errno.EAGAIN])
+        with suppress(OSError):
             end = os.lseek(self._file, 0, os.SEEK_CUR)
             if os.fstat(self._file).st_size == end:  # else another process has written behind it
                 os.ftruncate(self._file, end - written)
@@ -69,6 +77,18 @@ class JournalFile:
     def close(self) -> None:
         """Close the file."""
         os.close(self._file)
+
+
+def _opened(path: str) -> int:
+    """Return the descriptor of a file, to append to it without waiting for the reader of a pipe.
+
+    Raises `OSError`, also if it is a pipe that nobody reads.
+    """
+    without_waiting = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+    try:
+        return os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | without_waiting, 0o644)
+    except OSError as error:
+        raise OSError(error.errno, UNREAD.get(error.errno or 0, error.strerror), path) from error
 
 
 def _ends_whole(path: str) -> bool:

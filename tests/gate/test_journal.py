@@ -82,3 +82,23 @@ def test_what_somebody_else_has_written_behind_half_a_line_stays(
     monkeypatch.setattr(os, "write", half)
     journal(b'{"a": 2}\n')
     assert path.read_bytes() == b'{"a": 1}\n{"a":{"of": "another"}\n' and len(told) == 1
+
+
+def test_a_pipe_that_is_not_read_holds_nothing_up(tmp_path: Path) -> None:
+    path, told = tmp_path / "log", list[str]()
+    os.mkfifo(path)
+    with pytest.raises(OSError, match="nobody reads it"):
+        JournalFile(str(path), told.append)
+    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    journal = JournalFile(str(path), told.append)
+    line = b'{"a": "' + b"x" * 9000 + b'"}\n'
+    for _ in range(100):
+        journal(line)
+    assert told == [f"cannot write {path}: what it holds is not read; decisions go on, and are not in it"]
+    held = os.read(reader, 1 << 20)
+    journal(b'{"b": 2}\n')
+    *whole, half, lost, last, end = (held + os.read(reader, 1 << 20)).split(b"\n")
+    assert {b"%s\n" % each for each in whole} == {line} and line.startswith(half) and len(half) < len(line)
+    assert (json.loads(lost)["lost"], json.loads(last), end) == (100 - len(whole), {"b": 2}, b"")
+    journal.close()
+    os.close(reader)
