@@ -29,7 +29,7 @@ BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max
 """The options with which no report is kept: they write, measure or limit something."""
 INDIFFERENT = ("jobs", "started", "module", "watch", "watched", "no_cache", "specs")
 """The arguments that a report does not depend on, or whose files are digested in their place."""
-PROGRAMS = ("berkeley-abc", "abc", "NuSMV", "cc", "gcc", "clang")
+PROGRAMS = ("berkeley-abc", "abc", "NuSMV", "nuXmv", "nusmv", "nuxmv", "cc", "gcc", "clang")
 INCLUDE = re.compile(rb'\binclude\s*"([^"\\\n]*)"\s*;')
 TAG = "Signature: 8a477f597d28d172789f06886806bc55\n# What `exover check` keeps: safe to delete.\n"
 MOST_FILES, MOST_BYTES = 200, 32 << 20
@@ -175,7 +175,9 @@ def program() -> Iterator[str]:
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         for name in sorted(files):
             yield f"{os.path.relpath(os.path.join(place, name), package)} {_stamp(os.path.join(place, name))}"
-    for name in PROGRAMS:
+    compiler = os.environ.get("CC", "")
+    yield compiler
+    for name in (*PROGRAMS, *compiler.split()[:1]):
         found = shutil.which(name)
         yield f"{name} {found} {_stamp(found) if found else ''}"
 

@@ -53,6 +53,19 @@ def test_an_unchanged_spec_is_reported_in_the_same_bytes(form: str, run, spec: P
     assert (first.stdout, first.returncode) == (again.stdout, again.returncode) == (fresh.stdout, fresh.returncode)
 
 
+def test_another_compiler_is_asked_anew(run, spec: Path, decided: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    compiler = spec.parent / "cc"
+    for text in ("exec cc", "exec cc ", "exec cc "):
+        compiler.write_text(f'#!/bin/sh\n{text} "$@"\n')
+        compiler.chmod(0o755)
+        os.utime(compiler, ns=(len(text), len(text)))
+        monkeypatch.setenv("CC", str(compiler))
+        assert run("check", spec).returncode == 0
+    assert decided == ["s", "s"]
+    monkeypatch.setenv("CC", f"{compiler} -O1")
+    assert run("check", spec).returncode == 0 and len(decided) == 3
+
+
 def test_what_is_violated_keeps_its_status(run, spec: Path, decided: list[str]) -> None:
     spec.write_text(SPEC.replace("mutex ab: m.a, m.b;", ""))
     first, again = run("check", spec), run("check", spec)
