@@ -13,6 +13,8 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra exover[ros2] is not installed")
 pytest.importorskip("rosbags", reason="the extra exover[ros2] is not installed")
 
+from exover.gate.ros2.names import Port
+from exover.gate.ros2.session import topics_first
 from tests.gate import ros_peers as ros
 from tests.gate.ros_peers import ABORTED, CANCELED, DRIVE, EXECUTING, REACH, SUCCEEDED, Client, Node, Server
 from tests.gate.yard import BIND, INTERFACES, SPEC
@@ -275,3 +277,8 @@ def test_messages_are_bytes_of_whole_words_and_what_is_not_written_is_told() -> 
         writer.write(data)
     with pytest.raises(endpoints.DDSException):
         reader.take()
+
+
+def test_what_a_topic_holds_is_taken_before_a_reply() -> None:
+    reply, goal, topic = (Port("inner", "/a", part) for part in ("call", "status", "message"))
+    assert topics_first([(reply, 1), (goal, 2), (topic, 3)]) == [(topic, 3), (reply, 1), (goal, 2)]

@@ -1,10 +1,10 @@
 """Runs a ROS 2 gate on DDS: opens a reader or writer for each port, and runs the loop; needs `cyclonedds`."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field
 from functools import partial
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 from uuid import uuid4
 
 from cyclonedds.core import DDSException
@@ -25,6 +25,7 @@ TURN = 0.2
 """The longest wait of the loop in seconds, so that signals are noticed."""
 PATIENCE = 1.0
 """Seconds that a reply waits until the client's reader is discovered."""
+T = TypeVar("T")
 STATUSES = "action_msgs/msg/GoalStatusArray"
 TEXT = "std_msgs/msg/String"
 
@@ -220,11 +221,9 @@ class Ros2Session:
         late = min((until for each in self._served.values() for until, _, _ in each.late), default=float("inf"))
         due = min(late, proxy.due)
         ready = self._waiting.ready(min(most, max(0.0, due - monotonic())))
-        for number in ready:
-            if number in self._read:
-                port, reader = self._read[number]
-                for data, peer in reader.take():
-                    proxy.take(port, data, peer)
+        for port, reader in topics_first(self._read[number] for number in ready if number in self._read):
+            for data, peer in reader.take():
+                proxy.take(port, data, peer)
         for number in ready:
             if number in self._matched:
                 self._matched[number](proxy)
@@ -245,6 +244,15 @@ class Ros2Session:
         until = monotonic() + proxy.gate.binding.longest_stop
         while proxy.stopping and monotonic() < until:
             self.turn(proxy, 0.05)
+
+
+def topics_first(found: Iterable[tuple[Port, T]]) -> list[tuple[Port, T]]:
+    """Return ports in the order in which they are read, topics of watches first.
+
+    What a topic holds beside a reply may have been said before it, and must not be taken for the end of what the reply
+    says has begun.
+    """
+    return sorted(found, key=lambda each: each[0].part != "message")
 
 
 def _clients(served: Served, first: bool, proxy: Ros2Proxy) -> None:
