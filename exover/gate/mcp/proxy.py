@@ -61,8 +61,6 @@ class McpProxy:
     """The call that stops a request, by request."""
     _polls: dict[str, PreparedCall] = field(default_factory=dict)
     """The call of a watch's tool, by watch."""
-    _polling: dict[str, int] = field(default_factory=dict)
-    """The number of the latest call of a watch's tool, by watch."""
     _awaited: set[SlotId] = field(default_factory=set)
     """Slots that were active when the client went and have not ended since."""
     _client: McpClient = field(init=False)
@@ -355,7 +353,9 @@ class McpProxy:
     def _forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
         bound = self.gate.binding.of(slot[0])
         assert bound is not None, "what is not bound is neither asked for nor required"
-        self._server.forget_stops(slot)  # those of earlier launches, whose answers say nothing of this one
+        self._server.forget(
+            lambda each: each.stops == slot
+        )  # they were of earlier launches, and say nothing of this one
         self._watching.forget(slot)
         found = self._client.call(call)
         params = {**found.params, "name": bound.inner} if found else self._server.own(own_call(bound, args))
@@ -381,5 +381,5 @@ class McpProxy:
 
     def _poll(self, watch: Watch) -> None:
         """Call the tool of a watch; an answer to an earlier call, which would be older, is not taken any more."""
-        self._server.close(self._polling.get(watch.name, 0))
-        self._polling[watch.name] = self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))
+        self._server.forget(lambda each: each.watch is watch)
+        self._server.call(self._polls[watch.name], Pending("tools/call", watch=watch))

@@ -8,7 +8,6 @@ from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Pending
 from exover.gate.mcp.lines import PreparedCall
 from exover.gate.mcp.results import envelope
-from exover.model.state import SlotId
 from exover.model.wire import Json
 
 
@@ -54,13 +53,12 @@ class McpServer:
         self.send({**body, "id": number})
         return number
 
-    def call(self, call: PreparedCall, pending: Pending) -> int:
-        """Write a prepared call under a new number, and return the number."""
+    def call(self, call: PreparedCall, pending: Pending) -> None:
+        """Write a prepared call under a new number."""
         number = next(self.numbers)
         self._pending[number] = pending
         if self.alive:
             self.write(call.line(number, self._meta))
-        return number
 
     def pending(self, number: int) -> Pending | None:
         """Return the open request of this number; None if there is none."""
@@ -70,10 +68,9 @@ class McpServer:
         """Return the open request of this number, which is answered or given up now; None if there is none."""
         return self._pending.pop(number, None)
 
-    def forget_stops(self, slot: SlotId) -> None:
-        """Await no answer any more to calls that stop a slot."""
-        for number in [number for number, pending in self._pending.items() if pending.stops == slot]:
-            del self._pending[number]
+    def forget(self, about: Callable[[Pending], bool]) -> None:
+        """Await no answer any more to the requests about which this is true."""
+        self._pending = {number: pending for number, pending in self._pending.items() if not about(pending)}
 
     def gone(self) -> tuple[Pending, ...]:
         """Return the open requests, which nobody answers any more: the server has gone."""
