@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from rosbags.typesys import TypesysError, get_types_from_msg
 
 from exover.imports.part import Imported, ImportedField, PartText, UnreadableDescription, module_head, near
+from exover.model.wording import counted
 from exover.source import Source
 
 SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "response"), ".msg": ("message",)}
@@ -126,7 +127,7 @@ def _first(error: Exception) -> str:
 
 
 def _lines(rulers: int) -> str:
-    return f"{rulers} line{'' if rulers == 1 else 's'} `---`"
+    return f"{counted(rulers, 'line')} `---`"
 
 
 def _is_value(kind: str, text: str) -> bool:

@@ -6,6 +6,7 @@ from typing import assert_never
 from exover.diagnostics import quote
 from exover.model.expression import And, Compare, Cond, Last, Not, Or, Past, Status
 from exover.model.kleene import every, negated, some
+from exover.model.wording import counted
 from exover.resolve.mistakes import Mistakes
 from exover.source import Span
 
@@ -54,8 +55,7 @@ def note_mutex(mistakes: Mistakes, requests: tuple[str, ...], span: Span) -> Non
 def note_limit(mistakes: Mistakes, most: int, slots: int, span: Span) -> None:
     """Note a limit that cannot be exceeded: the listed requests have only `slots` <= `most` slots together."""
     if slots <= most:
-        number = f"{slots} instance{'' if slots == 1 else 's'}"
-        message = f"the listed requests have {number} together, so this limit is always kept"
+        message = f"the listed requests have {counted(slots, 'instance')} together, so this limit is always kept"
         hint = f"write a number below {slots}, or list more; a request has one instance unless it says `instances`"
         mistakes.unless_others(CODE, message, span, hint)
 

@@ -6,6 +6,7 @@ from exover.diagnostics import quote
 from exover.model.expression import Compare, Const, Count, Used
 from exover.model.model import Kill, Latch, Launch, Resource, Rule, Wait
 from exover.model.types import Value as ModelValue
+from exover.model.wording import counted
 from exover.resolve.draft import Draft
 from exover.resolve.idle import note_fixed, note_limit, note_mutex
 from exover.resolve.names import ListedRequest, Signature, entries, find_request, instances_of, requests
@@ -133,7 +134,7 @@ def _arguments(draft: Draft, node: tree.Launch, request: Signature) -> tuple[Mod
     """Return the arguments, converted to the types of the parameters, or None with a mistake noted."""
     params, name, count = request.params, request.name, len(request.params)
     if len(node.arguments) != count:
-        message = f"{quote(name)} takes {count} argument{'' if count == 1 else 's'}, not {len(node.arguments)}"
+        message = f"{quote(name)} takes {counted(count, 'argument')}, not {len(node.arguments)}"
         hint = (
             f"give a value for each parameter: {quote(', '.join(params))}" if params else f"write {quote(f'{name}()')}"
         )
