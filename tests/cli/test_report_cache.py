@@ -11,6 +11,10 @@ from time import monotonic, sleep
 import pytest
 
 from exover.cli import check
+from exover.cli.report_cache import PROGRAMS
+from exover.engines.aig import abc
+from exover.engines.compiler import COMPILERS
+from exover.engines.smv import program as nusmv
 from tests.cli.specs import written
 from tests.support.command import COMMAND, environment
 
@@ -51,6 +55,10 @@ def test_an_unchanged_spec_is_reported_in_the_same_bytes(form: str, run, spec: P
     assert decided == ["s", "s"]
     assert first.stdout
     assert (first.stdout, first.returncode) == (again.stdout, again.returncode) == (fresh.stdout, fresh.returncode)
+
+
+def test_all_programs_that_are_looked_for_are_among_those_that_a_report_depends_on() -> None:
+    assert set(PROGRAMS) == {*abc.NAMES, *nusmv.NAMES, *COMPILERS}
 
 
 def test_another_compiler_is_asked_anew(run, spec: Path, decided: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
