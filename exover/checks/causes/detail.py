@@ -136,6 +136,14 @@ def _property(broken: BrokenFinding) -> str:
     return "; ".join(parts)
 
 
+def _vacuity(broken: BrokenFinding) -> str:
+    """Return that the premise is never true, with the causes that the model tells without a run."""
+    premise = named(broken.properties, broken.finding.subject).premise
+    assert premise is not None, "only properties with a premise are asked about"
+    parts = [broken.finding.message, *map(str, _decided(broken.model, premise))]
+    return "; ".join(parts + never_launched(broken, (name for names in requests_named(premise) for name in names)))
+
+
 def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:
     """Return what keeps a request from a launch, if the formula asks for the launch or activity of that one alone."""
     launched, said = requests_named(formula)
@@ -146,6 +154,7 @@ def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> lis
 DETAILS: Mapping[str, Callable[[BrokenFinding], str]] = {
     "completeness": _completeness,
     "property": _property,
+    "vacuity": _vacuity,
     "rule-use": of_rule_use,
     "redundancy": of_redundancy,
     "reachability": of_reachability,

@@ -522,6 +522,23 @@ def test_a_property_that_no_run_shows_points_at_a_request_that_is_never_launched
     assert message.startswith("no run launches the request; `m.at == there` is false whatever happens: m.at is here; ")
 
 
+def test_a_premise_that_is_never_true_says_what_keeps_it_from_being_true() -> None:
+    spec = (
+        "spec s; poster wind: int in 0 .. 60 = 0 else 60; mutex x: m.b, m.c by reject;"
+        "module m { state at: int in 0 .. 1 = 0; request a() { check at == 1; } request b(); request c(); }"
+    )
+    said = found(
+        spec,
+        "for s; property storm: always (wind > 70 implies not active(m.b));"
+        "property unlaunched: always (active(m.a) leads to wind < 10);"
+        "property excluded: always (active(m.b) and active(m.c) implies wind < 10);",
+    )
+    never = "its premise is never true: the property says nothing"
+    assert said["vacuity", "storm"].message == f"{never}; `wind > 70` is false whatever happens: wind lies in 0 .. 60"
+    assert said["vacuity", "unlaunched"].message == f"{never}; no run launches `m.a`: see reachability"
+    assert said["vacuity", "excluded"].message == never
+
+
 def test_a_guard_that_ranges_decide_says_so() -> None:
     said = {key: each.message for key, each in found(SPEC).items()}
     one, other = "wind lies in 0 .. 60", "wind lies in 0 .. 60 and k lies in 2 .. 4"
