@@ -48,6 +48,8 @@ from exover.model.event import (
 from exover.model.state import SlotId
 
 Result = tuple[GateState, tuple[OuterEffect, ...]]
+_WHY = {"unavailable": AWAY, "stray": ASTRAY}
+"""The reasons of the rules by which the gate gives up a held call; that of a deadline names what it waited for."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,9 @@ class GateMachine:
             case Ticked():
                 late = [name for name, queued in state.places.items() if _past(queued.until, now)]
                 return (outer, *(GivenUp(name, "deadline") for name in late))
+            case SlotSaid(slot, True) if slot not in state.slots and slot not in state.strays:
+                called = [name for name, queued in state.places.items() if queued.call]
+                return (outer, *(GivenUp(name, "stray") for name in called))
             case _:
                 return (outer,)
 
@@ -335,11 +340,11 @@ def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
 
 
 def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | None] | None:
-    """Return rule and reason if the gate itself gives up this held call, for its deadline or module; else None."""
+    """Return rule and reason if the gate itself gives up this held call; else None."""
     if not isinstance(outer, GivenUp) or outer.request != name:
         return None
-    if outer.rule == "unavailable":
-        return outer.rule, AWAY
+    if outer.rule in _WHY:
+        return outer.rule, _WHY[outer.rule]
     return outer.rule, f"it has waited too long for {reason_text(queued.rule, queued.because)}"
 
 

@@ -96,7 +96,9 @@ class Ticked:
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """What waits at a request is given up; `rule` is `deadline` or `unavailable`. Made by `GateMachine.parts` only."""
+    """What waits at a request is given up; `rule` is `deadline`, `unavailable` or `stray`. Made by `GateMachine.parts`
+    only.
+    """
 
     request: str
     rule: str

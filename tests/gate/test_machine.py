@@ -25,6 +25,7 @@ from exover.gate.outer import (
     Stop,
     Ticked,
 )
+from exover.gate.state import ASTRAY
 from exover.model.event import Args, Ask, Observe, Report
 from exover.model.model import Model
 from exover.ocrd.machine import Machine
@@ -152,6 +153,17 @@ def test_nothing_goes_through_before_all_have_said_what_runs() -> None:
     assert isinstance(ask(gate, 3, "base.stop")[0], Forward)
     gate.tell(SlotSaid(REACH, True), 0)
     assert ask(gate, 4, "arm.grip", 1)[0].rule == "stray"  # type: ignore[union-attr]
+
+
+def test_what_waits_is_refused_once_something_is_stray() -> None:
+    gate = started()
+    ask(gate, 1, "base.move", 0.5)
+    ask(gate, 2, "arm.reach", "left")
+    alarm, stop, refused = gate.tell(SlotSaid(("arm.grip", 0), True), 0)
+    assert isinstance(alarm, Alarm) and isinstance(stop, Stop)
+    assert refused == Refuse(CallId("a", 2), "stray", ASTRAY) and not gate.state.places
+    ended = gate.tell(Reported(Report(*MOVE, "failed")), 1)
+    assert ended == (Finish(CallId("a", 1), MOVE, "failed"),)
 
 
 def test_what_is_read_before_the_start_requires_nothing_until_then() -> None:
