@@ -383,6 +383,17 @@ def test_a_goal_that_survives_a_cut_is_asked_for_again() -> None:
     assert yard.take_goal(DRIVE)[:16] == id_of(2)
 
 
+def test_an_answer_to_a_cancel_says_nothing_of_the_next_goal() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.drive(2)
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.end(DRIVE, CANCELED)
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, [cdr.GoalInfo(id_of(1), Stamp(5, 6))]))
+    assert yard.take_goal(DRIVE)[:16] == id_of(2) and not yard.alarms()
+
+
 def test_a_server_that_dies_before_it_answers() -> None:
     yard = RosMiddle().ready()
     header = yard.drive(1)

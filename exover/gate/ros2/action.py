@@ -188,7 +188,7 @@ class ActionProxy:
             return
         goal.stop = True
         if goal.phase == "running":
-            self._to_server("cancel_goal", cdr.cancel_request(goal.id), slot)
+            self._to_server("cancel_goal", cdr.cancel_request(goal.id), goal)
             goal.status = cdr.CANCELING
             self._publish()
 
@@ -268,9 +268,8 @@ class ActionProxy:
         if about == "question":
             self._strays.answered(code, goals)
             return
-        slot = next((slot for slot in self._slots if slot == about), None)
-        goal = self._slots.get(slot) if slot else None
-        if slot and goal and goal.id not in goals and code != cdr.CANCEL_TERMINATED:
+        slot = next((slot for slot, goal in self._slots.items() if goal is about), None)
+        if slot and self._slots[slot].id not in goals and code != cdr.CANCEL_TERMINATED:
             self._gate.tell(CancelRefused(slot))
 
     def _feedback(self, data: bytes) -> None:
