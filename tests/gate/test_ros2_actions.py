@@ -327,6 +327,24 @@ def test_what_runs_at_the_start_is_stopped_before_anything_begins() -> None:
     assert yard.rules() == ["stray", "stray"]
 
 
+def test_what_the_gate_has_had_cancelled_is_a_stray_until_it_has_ended() -> None:
+    yard = RosMiddle().ready()
+    yard.leave(DRIVE)
+    yard.come(DRIVE, "another")
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, [cdr.GoalInfo(id_of(50), Stamp(1, 1))]))
+    yard.show(DRIVE, (50, CANCELING))
+    yard.now = 0.5
+    yard.proxy.tick()
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))  # servers name no goal twice
+    assert yard.accepted("/reach", yard.reach(1)) is False and yard.rules() == ["stray"]
+    yard.show(DRIVE, (50, CANCELED))
+    assert yard.alarms() == ["stray"] and not yard.gate.state.strays
+    yard.drive(2)
+    assert yard.take_goal(DRIVE)[:16] == id_of(2)
+
+
 def test_a_goal_of_somebody_else_is_a_stray_and_denies_everything() -> None:
     yard = RosMiddle().ready()
     yard.show(DRIVE, (66, EXECUTING))
@@ -348,6 +366,42 @@ def test_a_goal_of_somebody_else_beside_one_of_ours_is_cancelled() -> None:
     yard.end(DRIVE, SUCCEEDED)
     yard.show(DRIVE, (1, EXECUTING), (66, CANCELED))  # an old one of ours is none
     assert yard.alarms() == ["stray"] and not yard.gate.state.strays
+
+
+def test_a_goal_of_somebody_else_beside_one_of_ours_denies_everything() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    assert yard.accepted("/reach", yard.reach(2)) is True  # it waits
+    yard.show(DRIVE, (1, EXECUTING), (66, EXECUTING))
+    assert not yard.gate.state.places and yard.statuses("/reach") == {2: ABORTED}
+    yard.end(DRIVE, SUCCEEDED)
+    assert yard.accepted("/reach", yard.reach(3)) is False and not yard.got("inner", REACH, "send_goal")
+    assert yard.rules() == ["aborted", "stray"] and yard.alarms() == ["stray"]
+    yard.show(DRIVE, (66, CANCELED))
+    yard.reach(4)
+    assert yard.take_goal(REACH)[:16] == id_of(4)
+
+
+def test_a_server_that_dies_with_goals_of_somebody_else() -> None:
+    for bind in (BIND, STARTS_IDLE):
+        yard = RosMiddle(bind)
+        yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+        for name in (REACH, DRIVE):
+            yard.come(name)
+            data, _ = yard.got("inner", name, "cancel_goal")[-1]
+            yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+        yard.show(DRIVE, (66, EXECUTING), (67, EXECUTING))
+        # slot 0 is for what launch rules require, and the end of a stray is no end of that
+        assert yard.gate.state.strays == {("base.drive", 1), ("base.drive", 2)}
+        yard.leave(DRIVE)
+        assert len(yard.gate.state.strays) == 2
+        yard.come(DRIVE, "a new process")
+        data, _ = yard.got("inner", DRIVE, "cancel_goal")[-1]
+        yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+        assert not yard.gate.state.strays
+        yard.drive(1)
+        assert yard.take_goal(DRIVE)[:16] == id_of(1)
 
 
 def test_a_server_that_dies_leaves_its_slot_active_until_a_new_one_says_otherwise() -> None:
@@ -381,6 +435,23 @@ def test_a_goal_that_survives_a_cut_is_asked_for_again() -> None:
     assert not yard.gate.state.slots
     yard.drive(2)
     assert yard.take_goal(DRIVE)[:16] == id_of(2)
+
+
+def test_a_goal_that_is_cancelled_during_a_cut_is_active_until_its_result_comes() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.cancel("/drive", 1)
+    yard.leave(DRIVE)
+    yard.got("inner", DRIVE, "cancel_goal")
+    yard.got("inner", DRIVE, "get_result")
+    yard.come(DRIVE)
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))  # servers name no goal twice
+    yard.reach(2)
+    assert yard.gate.state.slots["base.drive", 0].phase == "stopping" and not yard.got("inner", REACH, "send_goal")
+    yard.end(DRIVE, CANCELED)
+    assert yard.take_goal(REACH)[:16] == id_of(2)
 
 
 def test_an_answer_to_a_cancel_says_nothing_of_the_next_goal() -> None:

@@ -266,7 +266,8 @@ class ActionProxy:
     def _cancelled(self, about: object, data: bytes) -> None:
         code, goals = cdr.read_cancel_reply(data)
         if about == "question":
-            self._strays.answered(code, goals)
+            mine = [goal.id for goal in self._slots.values() if self._shown.get(goal.id) in cdr.ACTIVE]
+            self._strays.answered(code, (*goals, *mine))
             return
         slot = next((slot for slot, goal in self._slots.items() if goal is about), None)
         if slot and self._slots[slot].id not in goals and code != cdr.CANCEL_TERMINATED:

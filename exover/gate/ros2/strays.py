@@ -1,10 +1,11 @@
 """Stray goals: finds goals at an action server that this gate did not launch, cancels them, and notes their end."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from itertools import chain, count, repeat
 
 from exover.gate.binding import RequestBinding
-from exover.gate.outer import Alarm, SlotSaid
+from exover.gate.outer import SlotSaid
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.goals import ActionGoal
 from exover.gate.ros2.names import PortPart
@@ -35,8 +36,10 @@ class Strays:
         self._requests = [each.request for each in bounds]
         self._to_server = to_server
         self._slots = slots
-        self._shown: dict[bytes, SlotId | None] = {}
-        """The stray goals in the status array, with the slot that each is assigned; None if no slot was free."""
+        self._shown: dict[bytes, SlotId] = {}
+        """The stray goals in the status array, with the slot that each is assigned."""
+        self._listed: frozenset[bytes] = frozenset()
+        """The stray goals in the last status array, with a slot or not yet."""
         self._asked_about: SlotId | None = None
         """The slot that stands for whatever the answer to the question says to run."""
         self._starts_idle = all(each.starts_idle for each in bounds)
@@ -50,6 +53,7 @@ class Strays:
     def gone(self) -> None:
         """Forget all stray goals, since the server has gone."""
         self._shown.clear()
+        self._listed = frozenset()
         self._asked_about = None
         self.due = math.inf
 
@@ -72,7 +76,10 @@ class Strays:
         self._to_server("cancel_goal", cdr.cancel_request(self._question), "question")
 
     def answered(self, code: int, ids: Sequence[bytes]) -> None:
-        """Take the answer to the question: the return code, and the ids of the goals that it cancels."""
+        """Take the answer to the question: the return code, and the ids of the goals that it cancels.
+
+        A goal that is being cancelled already is in no answer: the status array tells that it runs.
+        """
         if self.due == math.inf:
             return
         if self._starts_idle:
@@ -80,31 +87,33 @@ class Strays:
             return
         lost = {goal.id: slot for slot, goal in self._slots.items()}
         for id, slot in lost.items():
-            self._lost(slot, id in ids)
+            self._lost(slot, self._before or id in ids)
         foreign = any(id not in lost and id not in self._shown for id in ids)
-        if foreign or (code == cdr.CANCEL_REJECTED and not self._shown):
+        if foreign or (code == cdr.CANCEL_REJECTED and not self._shown and not lost):
             self._asked_about = self._asked_about or self._free()
-            if self._asked_about:
-                self._outside.gate.tell(SlotSaid(self._asked_about, True))
+            self._outside.gate.tell(SlotSaid(self._asked_about, True))
         else:
             self.due, self._asked_about = math.inf, None
-        kept = {self._asked_about, *self._shown.values(), *self._slots}
-        for slot in self._mine(self._outside.gate.state.unsaid):
-            if slot not in kept:
-                self._outside.gate.tell(SlotSaid(slot, False))
+            self.shown(self._listed)
+        self._idle({self._asked_about, *self._shown.values(), *self._slots})
 
     def _reached(self) -> None:
         """Tell the gate that a server that starts idle runs nothing, but for goals from before it came back."""
         self.due = math.inf
-        for slot in self._mine(self._outside.gate.state.unsaid):
-            goal = self._slots.get(slot)
-            if goal is not None and self._before:
-                self._to_server("get_result", goal.id, goal)
-            elif slot not in self._outside.gate.state.strays:
+        again = self._slots if self._before else {}
+        for slot in self._mine(self._outside.gate.state.unsaid & again.keys()):
+            self._to_server("get_result", again[slot].id, again[slot])
+        self._idle({*self._shown.values(), *again})
+
+    def _idle(self, kept: Collection[SlotId | None]) -> None:
+        """Tell the gate that nothing runs in the slots of this action, but for those that are kept."""
+        state = self._outside.gate.state
+        for slot in self._mine(state.unsaid | state.strays):
+            if slot not in kept:
                 self._outside.gate.tell(SlotSaid(slot, False))
 
     def _lost(self, slot: SlotId, active: bool) -> None:
-        """Tell the gate whether its lost goal in a slot still runs at a server that has come back."""
+        """Tell the gate whether its lost goal in a slot may still run at a server that has come back."""
         if not self._outside.gate.state.slots[slot].lost:
             return
         if active:
@@ -115,36 +124,30 @@ class Strays:
 
     def shown(self, ids: Iterable[bytes]) -> None:
         """Take the ids of the stray goals that the status array shows as active."""
-        now = set(ids)
-        for id in now - self._shown.keys():
+        self._listed = frozenset(ids)
+        for id in self._listed - self._shown.keys():
             if self._asked_about is None:
                 slot = self._shown[id] = self._free()
-                if slot is None:
-                    self._outside.gate.tell(Alarm("stray", self._requests[0], None, f"the goal {id.hex()} runs"))
-                    self._cancel(id)
-                else:
-                    self._outside.gate.tell(SlotSaid(slot, True))
-        for id in self._shown.keys() - now:
-            slot = self._shown.pop(id)
-            if slot is not None:
-                self._outside.gate.tell(SlotSaid(slot, False))
+                self._outside.gate.tell(SlotSaid(slot, True))
+        for id in self._shown.keys() - self._listed:
+            self._outside.gate.tell(SlotSaid(self._shown.pop(id), False))
 
     def stop(self, slot: SlotId) -> None:
         """Cancel the stray goal of the status array in a slot; the question itself cancels what it is about."""
         for id, each in self._shown.items():
             if each == slot:
-                self._cancel(id)
+                self._to_server("cancel_goal", cdr.cancel_request(id), "stray")
 
-    def _cancel(self, id: bytes) -> None:
-        self._to_server("cancel_goal", cdr.cancel_request(id), "stray")
-
-    def _free(self) -> SlotId | None:
-        """Return a slot of this action in which nothing runs as far as the gate knows; None if there is none."""
-        state = self._outside.gate.state
-        taken = {*state.slots, *self._shown.values()}
-        model = self._outside.gate.model
-        every = [(name, slot) for name in self._requests for slot in range(model.request[name].instances)]
-        return next((slot for slot in every if slot not in taken), None)
+    def _free(self) -> SlotId:
+        """Return a slot for a stray goal: before the gate has started one of this action in which nothing runs as far
+        as the gate knows; later, one beyond those of the first request, since a launch rule may launch in any other.
+        """
+        gate = self._outside.gate
+        taken = {*gate.state.slots, *self._shown.values()}
+        slots = {name: gate.model.request[name].instances for name in self._requests}
+        every = [(name, slot) for name in self._requests if not gate.state.started for slot in range(slots[name])]
+        beyond = zip(repeat(self._requests[0]), count(slots[self._requests[0]]))
+        return next(slot for slot in chain(every, beyond) if slot not in taken)
 
     def _mine(self, slots: Iterable[SlotId]) -> list[SlotId]:
         return sorted(slot for slot in slots if slot[0] in self._requests)
