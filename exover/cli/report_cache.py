@@ -196,13 +196,18 @@ def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes
     found = [*_parts(spec), *_properties(spec), *(file for file in configs if os.path.lexists(file))]
     found += [Path(file) for file in (arguments.properties, arguments.config, arguments.baseline) if file]
     for file in found:
-        if not file.is_file() or file.stat().st_size > MOST_BYTES:
-            raise OSError(errno.EINVAL, "it is no regular file, or a large one", str(file))
         yield str(file)
-        yield file.read_bytes()
+        yield _bytes(file)
     yield from helpers(arguments)
     if len(found) > 1:
         yield date.today().isoformat()
+
+
+def _bytes(file: Path) -> bytes:
+    """Return the bytes of a file; `OSError` if it cannot be read, is no regular file, or has more than `MOST_BYTES`."""
+    if not file.is_file() or file.stat().st_size > MOST_BYTES:
+        raise OSError(errno.EINVAL, "it is no regular file, or a large one", str(file))
+    return file.read_bytes()
 
 
 def helpers(arguments: argparse.Namespace) -> Iterator[str]:
@@ -212,13 +217,15 @@ def helpers(arguments: argparse.Namespace) -> Iterator[str]:
 
 
 def _parts(spec: Path) -> list[Path]:
-    """Return a spec and all files that it includes, at any depth; `OSError` if an `include` is not in plain form.
+    """Return a spec and all files that it includes, at any depth.
+
+    Raises `OSError` if an `include` is not in plain form, and as `_contents` does.
 
     A file that is included by several names is returned for each folder: what it includes itself is looked for there.
     """
     found, known = [spec], {real_place(spec)}
     for file in found:
-        text = file.read_bytes()
+        text = _bytes(file)
         named = INCLUDE.findall(text)
         if len(named) != len(re.findall(rb"\binclude\b", text)):
             raise OSError(errno.EINVAL, "what it includes is not plain to see", str(file))

@@ -123,6 +123,20 @@ def linked(tmp_path: Path) -> Path:
     return tmp_path / "a" / "s.exo"
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_that_is_included_is_not_waited_for(run, spec: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read(file: Path) -> bytes:
+        assert file.is_file()
+        return reads(file)
+
+    reads = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", read)
+    os.mkfifo(spec.parent / "part.exo")
+    spec.write_text(SPEC.replace("module", 'include "part.exo"; module'))
+    done = run("check", spec)
+    assert done.returncode == 2 and "error[E005]" in done.stderr and "it is no regular file" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
