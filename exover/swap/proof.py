@@ -112,6 +112,8 @@ class Obligations:
             case Or(parts):
                 return Or(tuple(self._cond(part, once_stopped) for part in parts))
             case Not(part):
+                if once_stopped and any(map(_counts, operands(part))):
+                    raise Unsayable
                 return Not(self._cond(part, once_stopped))
             case Status(phase, request, where):
                 if self._gone(request):
@@ -134,7 +136,7 @@ class Obligations:
         latch = self._latch(cond)
         if latch is not None:
             return latch
-        if once_stopped and any(isinstance(term, Used | Count) for term in operands(cond)) and not _grows(cond):
+        if once_stopped and any(map(_counts, operands(cond))) and not _grows(cond):
             raise Unsayable
         return self._typed(Compare(cond.operator, self._term(cond.left), self._term(cond.right)))
 
@@ -263,9 +265,12 @@ def _mentions_arguments(cond: Cond) -> bool:
 
 def _grows(cond: Compare) -> bool:
     """Return whether a comparison is monotonic in the active slots: more of them never make it false."""
-    return cond.operator in (">", ">=") and not any(
-        isinstance(t, Used | Count) for t in operands(replace(cond, left=Const(0)))
-    )
+    return cond.operator in (">", ">=") and not any(map(_counts, operands(replace(cond, left=Const(0)))))
+
+
+def _counts(term: ModelTerm) -> bool:
+    """Return whether a term grows with the active slots; that of OLD is never less than that of NEW."""
+    return isinstance(term, Used | Count)
 
 
 def _folded(cond: Cond) -> Cond:

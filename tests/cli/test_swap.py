@@ -41,6 +41,16 @@ def test_requests_that_have_to_end_are_named(new: str, status: int, ended: list[
     assert (tmp_path / "map").exists() == (status == 0)
 
 
+@pytest.mark.parametrize("low", ["used(power) <= 30", "not used(power) > 30", "not (active(m.a) and used(power) > 30)"])
+def test_a_rule_that_less_use_breaks_is_not_proved_by_what_may_be_used(low: str, run, tmp_path) -> None:
+    """OLD comes to where `a(false)` and `b` are active, which use 1 of the power."""
+    shares = "request a(v: bool) { uses power 30 when v; } request b() { uses power 1; }"
+    old = f"resource power: 100; module m {{ {shares} }} forbid both: not active(m.a) and active(m.b) by kill m.b;"
+    new = f"{old} forbid low: {low} and active(m.b) by kill m.b;"
+    done = run("swap", write(tmp_path, "old", old), write(tmp_path, "new", new), "--out", tmp_path / "map")
+    assert done.returncode != 0 and "may be broken, whatever has ended: low" in done.stdout
+
+
 def test_what_starts_anew_is_told(run, tmp_path) -> None:
     """Nothing in OLD compares the speed with 1: a rule about it is asked with what NEW starts with."""
     paths = (
