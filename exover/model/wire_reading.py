@@ -23,6 +23,11 @@ TOO_LONG = MAX_LINE + len(b"\r\n")
 LONG_LINE = Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
 """What a line is that is longer than MAX_LINE."""
 
+
+class NoBool(int):
+    """A number that a binary record has for a bool, neither 0 nor 1: out of range, which no JSON value of a bool is."""
+
+
 _TINY = Decimal("1e-400")
 """A positive number that rounds to the double 0 but is not whole."""
 
@@ -225,7 +230,7 @@ def _typed(kind: Type, found: object) -> Value | None:
                 return found
             return int(found) if found == int(found) else None
         case Bool():
-            return found if isinstance(found, bool) else None
+            return found if isinstance(found, bool | NoBool) else None
         case Enum():
             return found if isinstance(found, str) else None
         case _:

@@ -24,7 +24,7 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.model.wire import Json
-from exover.model.wire_reading import read_entries
+from exover.model.wire_reading import NoBool, read_entries
 from exover.ocrd.reasons import reasons
 
 NO_NUMBER = 0xFFFF
@@ -177,7 +177,7 @@ def _value(kind: Type, data: bytes) -> Any:
     number = _unpacked(kind, data)
     match kind:
         case Bool():
-            return bool(number) if number in (0, 1) else number
+            return bool(number) if number in (0, 1) else NoBool(number)
         case Enum(values):
             return name_of(values, int(number))
         case _:

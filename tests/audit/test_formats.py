@@ -13,8 +13,9 @@ from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.binary import LENGTH, MissionWriter, RecordReader
 from exover.audit.mission import LaunchDeed, LostLines, Unread, Void, read_line
 from exover.audit.result import MissionResult
-from exover.model.event import Ask, Observe
+from exover.model.event import Ask, Invalid, Observe
 from exover.model.wire_reading import MAX_LINE
+from exover.run.records import RecordCodec
 from tests.audit.missions import CRANE, FREE, LOOSE, built, library, mixed, simulated, told, write
 
 OTHER = FREE.replace("poster wind", "enum zone { near, far } poster place: zone = near; poster wind").replace(
@@ -56,6 +57,24 @@ def test_records_say_what_lines_say(tmp_path: Path, auditor: MissionAuditor, old
     by_record = auditor.audit(str(as_records(tmp_path / "m.exor", lines)), "m")
     assert findings(by_line) and findings(by_line) == findings(by_record)
     assert by_line.figures == by_record.figures
+
+
+def test_a_bool_that_is_neither_0_nor_1_is_out_of_range() -> None:
+    """A broken sensor reads the worst, and its record is no mistake."""
+    posters = "poster clear: bool = true else false; poster lit: bool = true;"
+    model, _ = built(f"spec s; {posters} module m {{ request a(b: bool); }}")
+    codec = RecordCodec(model)
+    reader = RecordReader(model, codec.description())
+    records = [struct.pack("<BHq", *numbers) for numbers in ((2, 0, 2), (2, 1, -1), (0, 0, 2))]
+    clear, lit, asked = map(codec.event, records)
+    assert clear == Observe("clear", False, broken=True)
+    assert isinstance(lit, Invalid) and lit.code == "out-of-range" and "lit is -1" in lit.detail
+    assert isinstance(asked, Invalid) and asked.code == "out-of-range"
+    assert [reader.read(each).items for each in records] == [
+        (clear,),
+        (Unread(lit, "event"),),
+        (Unread(asked, "ask", "m.a"),),
+    ]
 
 
 def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, auditor: MissionAuditor) -> None:
