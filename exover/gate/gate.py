@@ -1,6 +1,6 @@
 """One gate of one robot: its state machine, the checker that decides, and the journal, written before the effects."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol, assert_never
 
@@ -81,6 +81,8 @@ class Gate:
         self._waiting: deque[OuterEvent | OuterEffect] = deque()
         self._busy = False
         self._failures: list[Exception] = []
+        self.raised: Counter[str] = Counter()
+        """How many reports have raised the level of a resource, by resource."""
         self.state = self._machine.start()
 
     def attach(self, transport: Transport) -> None:
@@ -154,6 +156,8 @@ class Gate:
         event = self._machine.question(self.state, outer)
         actions = () if event is None else self._checker.step(event)
         self.state, effects = self._machine.answer(self.state, outer, event, actions, self.clock())
+        if isinstance(event, Report) and event.outcome == "ok":
+            self.raised.update({share.resource for share in self.model.request[event.request].productions})
         if event is not None:
             self._attempt(self._decided, event, actions)
         elif isinstance(outer, Called):

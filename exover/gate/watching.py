@@ -100,8 +100,9 @@ class Watching:
         except UnreadableField:
             self._broken(bound)
             return
-        if self._last.get(bound.poster) != (type(value), value):
-            self._last[bound.poster] = type(value), value
+        found = type(value), value, self._gate.raised[bound.poster]
+        if self._last.get(bound.poster) != found:
+            self._last[bound.poster] = found
             self._gate.observe(bound.poster, value)
 
     def _broken(self, bound: PosterBinding) -> None:

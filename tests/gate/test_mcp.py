@@ -347,6 +347,20 @@ def test_what_the_watch_was_asked_before_a_launch_says_nothing_of_it() -> None:
     assert ("base.move", 0) not in middle.gate.state.slots and not middle.alarms()
 
 
+def test_a_level_is_what_the_watch_shows_also_where_a_report_has_raised_it() -> None:
+    gives = SPEC.replace("instances 2;", "instances 2 { produces paint 3; }")
+    middle = Middle(model=model_of(gives.replace("stop() {", "stop() { consumes paint 1;"))).ready({**IDLE, "paint": 0})
+    middle.call(1, "grip", {"force": 3})
+    (grip,) = middle.server_got()
+    middle.answer(grip, {"content": []})
+    middle.watched({**IDLE, "paint": 0})  # nothing was filled in, whatever was reported
+    middle.watched({**IDLE, "paint": 0})
+    observed = [entry["event"] for entry in middle.journal if entry.get("event", {}).get("observe") == "paint"]
+    assert observed == 2 * [{"observe": "paint", "value": 0}]  # once more than it was shown anew
+    middle.call(2, "brake")
+    assert not middle.server_got() and "refused by paint" in json.dumps(middle.client_got())
+
+
 def test_what_ran_when_the_watch_was_asked_is_no_stray_once_it_has_ended() -> None:
     middle = Middle(BIND.replace('{ command = "halt" } }', '{ command = "halt" }, ends = true }')).ready(ARRIVED)
     middle.call(1, "drive", MOVE)
