@@ -152,6 +152,18 @@ def told(bind: str, apart: bool = False) -> list[str]:
         ('status = "error_code"', 'status = "code"', "yard_msgs/action/Drive_Result has no field `code`"),
         ('field = "side"', 'field = "hand.side"', "yard_msgs/action/Reach_Goal has no field `hand.side`"),
         ("success = false,", "failed = true,", "yard_msgs/srv/Halt_Response has no field `failed`"),
+        (
+            "success = false,",
+            'success = "false",',
+            "`success` of yard_msgs/srv/Halt_Response is of another type than 'false'",
+        ),
+        ("success = false,", "success = 0,", "`success` of yard_msgs/srv/Halt_Response is of another type than 0"),
+        ('message = "{reason}"', "message = 3", "`message` of yard_msgs/srv/Halt_Response is of another type than 3"),
+        (
+            '/reach"\n',
+            '/reach"\nwhen = { side = 1 }\n',
+            "`side` of yard_msgs/action/Reach_Goal is of another type than 1",
+        ),
         ('field = "level"', 'field = "cells.0"', "yard_msgs/msg/Battery has no field `cells.0`"),
         ('topic = "/battery"', 'tool = "battery"', "the watch battery is a tool of MCP"),
         ('inner = "/gated/reach"', 'inner = "/gated/drive"', "has two outer names"),
@@ -180,6 +192,19 @@ def test_types_are_looked_for_in_folders_and_prefixes(tmp_path: Path) -> None:
     assert types.read("a_msgs/msg/Deep", body)["names"] == ["", "four"]
     with pytest.raises(UnreadableField):
         types.write("a_msgs/msg/Deep", [(("flats", "0", "pose"), 1)])
+
+
+@pytest.mark.parametrize("value", [256, -1, 1 << 62])
+def test_a_number_that_its_field_cannot_have_is_not_written(value: int) -> None:
+    types = Interfaces({"a_msgs/srv/X": "---\nuint8 code\n"}.get)
+    types.load("a_msgs/srv/X")
+    with pytest.raises(UnreadableField):
+        types.write("a_msgs/srv/X_Response", [(("code",), value)])
+    bind = BIND.replace("yard_msgs/srv/Halt", "a_msgs/srv/X")
+    bind = bind.replace('success = false, message = "{reason}"', f"code = {value}")
+    bind = bind[: bind.index('[request."base.halt".report]')] + bind[bind.index('[request."arm.reach"]') :]
+    (said,) = [each for each in mistakes(binding_of(bind, yard().model), types, False) if "base.halt" in each]
+    assert said.startswith("base.halt: a_msgs/srv/X_Response: ")
 
 
 @pytest.mark.parametrize(

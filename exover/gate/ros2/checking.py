@@ -1,9 +1,10 @@
 """Checks whether a binding can be served on ROS 2: its names, its types, and the fields that it names."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from exover.gate.binding import Binding, RequestBinding, Watch
-from exover.gate.fields import FieldPath
+from exover.gate.fields import FieldPath, UnreadableField
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import absolute, is_name, is_type
 
@@ -42,6 +43,11 @@ def _request(bound: RequestBinding, interfaces: Interfaces, apart: bool) -> Iter
     told += [path for path, _ in bound.refused]
     yield from _missing(about, interfaces, f"{bound.type}_{going}", asked)
     yield from _missing(about, interfaces, f"{bound.type}_{coming}", told)
+    wrong = [
+        *_unfit(about, interfaces, f"{bound.type}_{going}", (*bound.when, *bound.constants)),
+        *_unfit(about, interfaces, f"{bound.type}_{coming}", bound.refused),
+    ]
+    yield from wrong or _unwritten(about, interfaces, f"{bound.type}_{coming}", bound.refused)
 
 
 def _topic(binding: Binding, watch: Watch, interfaces: Interfaces) -> Iterator[str]:
@@ -72,6 +78,21 @@ def _missing(about: str, interfaces: Interfaces, type_: str, paths: Iterable[Fie
     for path in paths:
         if not interfaces.has(type_, path):
             yield f"{about}{type_} has no field `{'.'.join(path)}`"
+
+
+def _unfit(about: str, interfaces: Interfaces, type_: str, values: Iterable[tuple[FieldPath, Any]]) -> Iterator[str]:
+    for path, value in values:
+        if interfaces.has(type_, path) and not interfaces.fits(type_, path, value):
+            yield f"{about}`{'.'.join(path)}` of {type_} is of another type than {value!r:.60}"
+
+
+def _unwritten(
+    about: str, interfaces: Interfaces, type_: str, values: Sequence[tuple[FieldPath, Any]]
+) -> Iterator[str]:
+    try:
+        interfaces.write(type_, values)
+    except UnreadableField as why:
+        yield f"{about}{why}"
 
 
 def _shared(binding: Binding) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """ROS 2 types by name: loads their definitions, reads and writes their messages; needs `rosbags`."""
 
+import struct
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, partial
@@ -171,18 +172,34 @@ class Interfaces:
 
     def has(self, name: str, path: FieldPath) -> bool:
         """Return whether messages of a loaded type can have a value at a path."""
+        return self._kind(name, path) is not None
+
+    def fits(self, name: str, path: FieldPath, value: Any) -> bool:
+        """Return whether a text, number or bool is of the type of the field at a path of a loaded type."""
+        match self._kind(name, path):
+            case Nodetype.BASE, ("bool", _):
+                return isinstance(value, bool)
+            case Nodetype.BASE, ("string", _):
+                return isinstance(value, str)
+            case Nodetype.BASE, (base, _):
+                return isinstance(value, (int, float) if "float" in base else int) and not isinstance(value, bool)
+            case _:
+                return False
+
+    def _kind(self, name: str, path: FieldPath) -> Any:
+        """Return the kind of the field at a path, as `rosbags` represents it; None if there is no such field."""
         kind: Any = (Nodetype.NAME, name)
         for key in path:
             node, argument = kind
             if node == Nodetype.NAME:
                 kind = dict(self.fields(argument)).get(key)
-                if kind is None:
-                    return False
             elif node in (Nodetype.ARRAY, Nodetype.SEQUENCE) and key.isdecimal():
                 kind = argument[0]
             else:
-                return False
-        return True
+                kind = None
+            if kind is None:
+                return None
+        return kind
 
     # ---- messages ----
 
@@ -207,7 +224,7 @@ class Interfaces:
             self._put(message, path, value)
         try:
             found = bytes(self._store.serialize_cdr(message, name, little_endian=ENCAPSULATION[1] == 1))
-        except (SerdeError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        except (SerdeError, struct.error, ValueError, TypeError, AttributeError, OverflowError) as error:
             raise UnreadableField(f"{name}: {' '.join(str(error).split())}") from error
         return found[len(ENCAPSULATION) :]
 
