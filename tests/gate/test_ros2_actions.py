@@ -437,6 +437,20 @@ def test_a_goal_that_survives_a_cut_is_asked_for_again() -> None:
     assert yard.take_goal(DRIVE)[:16] == id_of(2)
 
 
+@pytest.mark.parametrize("again", [True, False])
+def test_a_cut_does_not_end_what_the_status_array_has_shown(again: bool) -> None:
+    yard = RosMiddle().ready()
+    yard.show(DRIVE, (66, CANCELING))
+    yard.leave(DRIVE)
+    yard.got("inner", DRIVE, "cancel_goal")
+    yard.come(DRIVE, *(["server"] if again else ["a new process"]))
+    data, _ = yard.got("inner", DRIVE, "cancel_goal")[0]
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))  # the array comes behind it
+    assert bool(yard.gate.state.strays) is again
+    yard.show(DRIVE, (66, CANCELED))
+    assert not yard.gate.state.strays
+
+
 def test_a_goal_that_is_cancelled_during_a_cut_is_active_until_its_result_comes() -> None:
     yard = RosMiddle().ready()
     yard.drive(1)

@@ -36,6 +36,8 @@ class ActionProxy:
         self._servers = Servers(outside, self.inner, self.requests, "goal")
         self._shown: dict[bytes, int] = {}
         """The last status array of the server: status by goal id."""
+        self._earlier: dict[bytes, int] = {}
+        """The last one before the server was gone, until another comes."""
 
     # ---- ports ----
 
@@ -280,7 +282,7 @@ class ActionProxy:
 
     def _status(self, data: bytes) -> None:
         """Take the server's status array; a goal in it was accepted, since refused goals are never in it."""
-        self._shown, advanced = {}, False
+        self._shown, self._earlier, advanced = {}, {}, False
         for id, seconds, nanoseconds, status in cdr.read_statuses(data):
             self._shown[id] = status
             goal = self._goals.open(id)
@@ -304,11 +306,16 @@ class ActionProxy:
 
     def servers(self, found: frozenset[str]) -> None:
         """Take the keys of the processes that serve this action now."""
-        self._servers.become(found, self._gone, lambda seen: self._strays.came(self._foreign(), seen))
+        self._servers.become(found, self._gone, self._came)
 
     def _gone(self) -> None:
         self._strays.gone()
-        self._shown = {}
+        self._earlier, self._shown = self._shown, {}
+
+    def _came(self, seen: bool) -> None:
+        if seen and self._earlier:
+            self._shown = self._earlier
+        self._strays.came(self._foreign(), seen)
 
     @property
     def due(self) -> float:
