@@ -280,5 +280,6 @@ def test_messages_are_bytes_of_whole_words_and_what_is_not_written_is_told() -> 
 
 
 def test_what_a_topic_holds_is_taken_before_a_reply() -> None:
-    reply, goal, topic = (Port("inner", "/a", part) for part in ("call", "status", "message"))
-    assert topics_first([(reply, 1), (goal, 2), (topic, 3)]) == [(topic, 3), (reply, 1), (goal, 2)]
+    reply, canceled, goal, topic = (Port("inner", "/a", p) for p in ("call", "cancel_goal", "status", "message"))
+    found = topics_first([(reply, 1), (canceled, 2), (goal, 3), (topic, 4)])
+    assert found == [(topic, 4), (goal, 3), (reply, 1), (canceled, 2)]

@@ -247,12 +247,13 @@ class Ros2Session:
 
 
 def topics_first(found: Iterable[tuple[Port, T]]) -> list[tuple[Port, T]]:
-    """Return ports in the order in which they are read, topics of watches first.
+    """Return ports in the order in which they are read, topics of watches first, then status arrays.
 
     What a topic holds beside a reply may have been said before it, and must not be taken for the end of what the reply
-    says has begun.
+    says has begun. A status array shows goals that the reply to a cancel of all goals leaves out.
     """
-    return sorted(found, key=lambda each: each[0].part != "message")
+    order = {"message": 0, "status": 1}
+    return sorted(found, key=lambda each: order.get(each[0].part, len(order)))
 
 
 def _clients(served: Served, first: bool, proxy: Ros2Proxy) -> None:
