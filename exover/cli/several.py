@@ -66,7 +66,7 @@ def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence
 
     After Ctrl-C the outcomes say `interrupted` where nothing is known.
     """
-    if arguments.jobs == 1:
+    if arguments.jobs <= 1:
         return _in_turn(examine, arguments, specs)
     with _Pool(examine, arguments, specs) as pool:
         found = pool.work()

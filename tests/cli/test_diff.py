@@ -144,7 +144,7 @@ def test_old_has_half_of_the_time(run, tmp_path: Path, monkeypatch: pytest.Monke
         return findings(built, properties, progress, limits, engines)
 
     monkeypatch.setattr(exover.cli.diff, "property_findings", noted)
-    told(run, tmp_path, OLD, OLD, "--timeout", "600")
+    told(run, tmp_path, OLD, OLD, "--timeout", "600", "--jobs", "1")
     assert 250 < shares[0] < 301 < 500 < shares[1]
 
 
@@ -380,7 +380,7 @@ def test_ctrl_c_ends_it(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("exover.checks.run.spread", interrupt)
     (tmp_path / "old.exo").write_text(OLD)
     (tmp_path / "lift.prop").write_text("for lift; property p: possible active(cabin.go);")
-    done = run("diff", tmp_path / "old.exo", tmp_path / "old.exo")
+    done = run("diff", tmp_path / "old.exo", tmp_path / "old.exo", "--jobs", "1")
     assert (done.returncode, done.stdout) == (130, "")
 
 

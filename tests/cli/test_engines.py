@@ -188,7 +188,8 @@ def test_a_program_that_hangs_is_ended_with_all_its_processes(run, spec, program
     started = time.monotonic()
     token = uuid.uuid4().hex
     env = environment(TOKEN=token)
-    done = run("check", spec, "--engine", "nusmv", "--nusmv", program(FOREVER), "--timeout", "3", env=env)
+    limits = ("--timeout", "3", "--jobs", "1")
+    done = run("check", spec, "--engine", "nusmv", "--nusmv", program(FOREVER), *limits, env=env)
     assert time.monotonic() - started < 60  # it sleeps for 300 s
     assert done.returncode == 3
     assert "time limit of 3 s" in done.stdout

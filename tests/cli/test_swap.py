@@ -71,6 +71,6 @@ def test_ctrl_c_ends_it_and_nothing_is_written(run, tmp_path, monkeypatch) -> No
         raise KeyboardInterrupt
 
     monkeypatch.setattr("exover.checks.run.spread", interrupt)
-    done = run("swap", write(tmp_path, "old", OLD), write(tmp_path, "new", OLD), "--out", tmp_path / "map")
+    done = run("swap", write(tmp_path, "old", OLD), write(tmp_path, "new", OLD), "--out", tmp_path / "map", "--jobs", 1)
     assert (done.returncode, done.stdout) == (130, "")
     assert not (tmp_path / "map").exists()

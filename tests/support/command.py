@@ -40,10 +40,10 @@ def environment(**changes: str) -> dict[str, str]:
 def one_parser() -> ArgumentParser:
     """Return the parser of all verbs, made once for all commands of this process: it takes as long as many of them.
 
-    Where a command is not told how many processes look for answers it is this one alone: to fork one that has all
-    tests in it takes longer than most answers. What is about several says `--jobs`.
+    Where a command is not told how many processes look for answers it is this one, which knows no limits: to fork one
+    that has all tests in it takes longer than most answers. What is about workers, or limits of them, says `--jobs`.
     """
-    with patch.object(sys.modules[parser.__module__], "cores", lambda: 1):
+    with patch("exover.cli.arguments.cores", lambda: 1), patch("exover.cli.options.cores", lambda: 0):
         return parser()
 
 
