@@ -2,28 +2,46 @@
 
 import json
 import os
+import shutil
 from shutil import which
 
 import pytest
 
 from exover.cli.main import main
 from exover.limits import TimeUp
+from tests.cli.specs import SPEC
+from tests.support.command import Run
 
 
-def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
-    done = run("check", spec, "--certificate", "demo.cert")
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return a folder with a certificate of a spec, and its tables."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "demo.exo").write_text(SPEC)
+    done = Run(folder)("check", "demo.exo", "--certificate", "demo.cert")
     assert (done.returncode, done.stderr) == (0, "")
-    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    assert Run(folder)("emit", "demo.exo", "--target", "bin", "--out", "out").returncode == 0
+    return folder
+
+
+@pytest.fixture
+def certified(made, spec, tmp_path):
+    """Return a spec beside which its certificate is, and its tables."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    return spec
+
+
+def test_a_certificate_is_written_and_verified(run, certified, tmp_path):
     found = json.loads((tmp_path / "demo.cert").read_text())
     assert found["spec"] == "demo"
-    done = run("verify", "demo.cert", "--spec", spec)
+    done = run("verify", "demo.cert", "--spec", certified)
     assert (done.returncode, done.stdout) == (2, "")
     assert "demo.cert is a certificate, which needs the tables that it is about: add --table TABLE" in done.stderr
     done = run("verify", "demo.cert", "--table", "out/demo.bin")
     assert (done.returncode, done.stderr) == (0, "")
     assert "demo.cert: " in done.stdout
     assert "--spec tells" in done.stdout
-    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", certified)
     assert (done.returncode, done.stderr) == (0, "")
     assert "its claims are those of the spec" in done.stdout
     assert "\ntables" not in done.stdout
@@ -37,41 +55,35 @@ def changed(file, change):
     file.write_text(json.dumps(found))
 
 
-def test_what_the_spec_proves_of_the_tables_is_what_the_certificate_says(run, spec, tmp_path):
-    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
-    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+def test_what_the_spec_proves_of_the_tables_is_what_the_certificate_says(run, certified, tmp_path):
     changed(tmp_path / "demo.cert", lambda each: each["check"] == "tables" and each.update(verdict="unknown"))
-    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", certified)
     assert done.returncode == 0
     assert "\ntables" in done.stdout
     changed(tmp_path / "demo.cert", lambda each: each["check"] == "tables" and each.update(verdict="violated"))
-    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", certified)
     assert done.returncode == 1
     assert "demo.cert is refused: tables " in done.stderr
     assert "it says violated, and it is proved that it holds" in done.stderr
 
 
-def test_what_a_certificate_says_does_not_control_a_terminal(run, spec, tmp_path):
-    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
-    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+def test_what_a_certificate_says_does_not_control_a_terminal(run, certified, tmp_path):
     changed(tmp_path / "demo.cert", lambda each: each.update(proof={"kind": "none", "reason": "\x1b[2Jtrust me"}))
     done = run("verify", "demo.cert", "--table", "out/demo.bin")
     assert done.returncode == 0 and "no proof: \ufffd[2Jtrust me\n" in done.stdout
 
 
-def test_strict_asks_for_the_proof_of_what_holds(run, spec, tmp_path):
-    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
-    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+def test_strict_asks_for_the_proof_of_what_holds(run, certified, tmp_path):
     verify = ("verify", "demo.cert", "--table", "out/demo.bin")
-    done = run(*verify, "--spec", spec, "--strict")
+    done = run(*verify, "--spec", certified, "--strict")
     assert (done.returncode, done.stderr) == (0, "")
     done = run(*verify, "--strict")
     assert done.returncode == 1
     assert "demo.cert says without proof that these hold: tables " in done.stderr
     none = {"kind": "none", "reason": "lost"}
     changed(tmp_path / "demo.cert", lambda each: each.update(proof=none))
-    assert run(*verify, "--spec", spec).returncode == 0
-    done = run(*verify, "--spec", spec, "--strict")
+    assert run(*verify, "--spec", certified).returncode == 0
+    done = run(*verify, "--spec", certified, "--strict")
     assert done.returncode == 1
     assert "safety " in done.stderr
     assert "rule-use " not in done.stderr
@@ -89,10 +101,9 @@ def test_a_certificate_for_which_there_is_no_time_is_not_written(spec, tmp_path,
     assert not file.exists()
 
 
-def test_a_certificate_of_another_table_is_refused(run, spec, tmp_path):
-    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
-    spec.write_text(spec.read_text().replace("battery", "charge"))
-    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+def test_a_certificate_of_another_table_is_refused(run, certified, tmp_path):
+    certified.write_text(certified.read_text().replace("battery", "charge"))
+    assert run("emit", certified, "--target", "bin", "--out", "out").returncode == 0
     done = run("verify", "demo.cert", "--table", "out/demo.bin")
     assert done.returncode == 1
     assert done.stderr == "exover: error: demo.cert is refused: the certificate is about another table\n"

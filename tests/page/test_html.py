@@ -8,12 +8,19 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from exover.page.html import LIBRARY, SCRIPTS, asset, embedded
 from tests.support.browser import built, report
 
 SPECS = Path(__file__).parents[2] / "specs"
 DAGRE = "54a503e346f93ca0bb10abe7999587e037262935687aca45eb4e4b0f64bbb578"
 """The sha256 of dist/dagre.min.js of @dagrejs/dagre 3.1.3 on npm."""
+
+
+@pytest.fixture(scope="module")
+def rover(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return report(SPECS / "rover.exo", tmp_path_factory.mktemp("rover"))
 
 
 def told(text: str) -> dict[str, Any]:
@@ -51,13 +58,12 @@ def test_the_page_holds_the_very_bytes_of_the_tables(tmp_path: Path) -> None:
     assert [file["text"] for file in page["files"]] == [(SPECS / "satellite.exo").read_text("utf-8")]
 
 
-def test_equal_findings_give_equal_bytes(tmp_path: Path) -> None:
-    first = report(SPECS / "rover.exo", tmp_path).read_bytes()
-    assert report(SPECS / "rover.exo", tmp_path).read_bytes() == first
+def test_equal_findings_give_equal_bytes(tmp_path: Path, rover: Path) -> None:
+    assert report(SPECS / "rover.exo", tmp_path).read_bytes() == rover.read_bytes()
 
 
-def test_findings_rules_and_runs_point_at_each_other(tmp_path: Path) -> None:
-    page = told(report(SPECS / "rover.exo", tmp_path).read_text("utf-8"))
+def test_findings_rules_and_runs_point_at_each_other(rover: Path) -> None:
+    page = told(rover.read_text("utf-8"))
     worst = page["findings"][page["runs"][0]["finding"]]
     assert (worst["check"], worst["subject"], worst["word"], worst["run"]) == ("obligation", "go_home", "violated", 0)
     used = {each["subject"]: each["word"] for each in page["findings"] if each["check"] == "rule-use"}
