@@ -17,7 +17,8 @@ from exover.cli.replacing import replacing
 from exover.cli.status import CliError
 from exover.emit.artefact import Artefact
 from tests.cli.specs import DEAF
-from tests.support.command import COMMAND, environment
+from tests.support import warm
+from tests.support.command import environment
 
 TWO = (Artefact("a.h", b"1\n"), Artefact("b.c", b"2" * 5000))
 
@@ -145,9 +146,8 @@ def test_a_pipe_is_written_into(tmp_path: Path) -> None:
 
 
 def shell(command: str, folder: Path) -> "subprocess.CompletedProcess[str]":
-    words = shlex.join(COMMAND)
     return subprocess.run(
-        ["bash", "-c", command.replace("exover", words)],
+        ["bash", "-c", command.replace("exover", shlex.quote(str(warm.command())))],
         cwd=folder, env=environment(), capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from importlib.util import find_spec
@@ -15,6 +14,7 @@ import anyio
 import pytest
 
 from tests.gate.carts import BIND, SPEC
+from tests.support import warm
 
 if find_spec("mcp") is None:
     pytest.skip("mcp is not installed", allow_module_level=True)
@@ -36,8 +36,8 @@ class Rig:
 
     def command(self) -> list[str]:
         files = ["cart.exo", "--bind", "cart.bind.toml", "--log", "log.jsonl", "--unchecked"]
-        server = [sys.executable, str(HERE / "cart_server.py")]
-        return [sys.executable, "-m", "exover", "gate", "mcp", *files, "--", *server]
+        server = str(warm.command(verbs=(str(HERE / "cart_server.py"),)))
+        return [str(warm.command()), "gate", "mcp", *files, "--", server]
 
     @asynccontextmanager
     async def client(self, mode: str = "auto") -> AsyncIterator[Client]:
@@ -182,6 +182,6 @@ def test_a_client_that_goes_stops_what_runs(tmp_path: Path) -> None:
 
 
 def test_a_server_that_is_not_there(tmp_path: Path) -> None:
-    command = Rig(tmp_path).command()[:-2]
+    command = Rig(tmp_path).command()[:-1]
     done = subprocess.run([*command, "no-such-server"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and "cannot start no-such-server" in done.stderr and not done.stdout

@@ -1,9 +1,11 @@
 """The command `exover` forked from a process that has imported it, as a program that begins in a tenth of the time.
 
 What it is asked and where it reads and writes are those of its caller, whose other files it has as well. It is no child
-of its caller and hears none of its signals: what is about these runs `python -m exover`.
+of its caller and hears none of its signals: what is about these runs `python -m exover`. Other programs in Python may
+be forked so, too.
 
 `python -m tests.support.warm FOLDER VERB…` is the process: it answers at a socket in the folder until its input ends.
+A verb that is a file, the only one, is a program in Python.
 """
 
 import atexit
@@ -18,11 +20,12 @@ import subprocess
 import sys
 import tempfile
 from array import array
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
+from runpy import run_path
 
 from tests.support.compiled import STORE, kept_in, store
 
@@ -45,15 +48,19 @@ sys.exit(int(server.recv(10) or b"137"))
 """
 """What a caller runs. It asks the process, and ends as the child of that does."""
 PACKAGES = ("checks", "engines", "resolve", "run")
-VERBS = ("check", "emit", "explain", "simulate", "trace", "report", "diff", "verify")
+VERBS = ("check", "emit", "explain", "simulate", "trace", "report", "diff", "verify", "gate")
 SERVER = "lsp"
 """It imports more than the others, most of which takes a second, and nothing of what they decide by."""
 MOST_FILES = 100
+Main = Callable[[list[str]], int]
 
 
 @cache
 def command(seed: str = "random", verbs: tuple[str, ...] = VERBS) -> Path:
-    """Return the program, which begins at once with these verbs; texts are hashed with this seed."""
+    """Return the program, which begins at once with these verbs; texts are hashed with this seed.
+
+    The only verb may be a file: a program in Python that has what it imports at once.
+    """
     folder = Path(tempfile.mkdtemp(prefix="warm-"))
     program = folder / "exover"
     program.write_text(SHIM.format(python=sys.executable, path=str(folder / "socket")))
@@ -72,11 +79,11 @@ def command(seed: str = "random", verbs: tuple[str, ...] = VERBS) -> Path:
 
 def serve(folder: Path, verbs: Sequence[str]) -> None:
     """Answer at the socket, each caller in a process of its own, until the input ends."""
-    for verb in verbs:
-        import_module(f"exover.cli.{verb}")
-    for package in ("editor",) if SERVER in verbs else PACKAGES:
-        for each in walk_packages(import_module(f"exover.{package}").__path__, f"exover.{package}."):
-            import_module(each.name)
+    if verbs[0].endswith(".py"):
+        main = partial(run_script, verbs[0])
+        run_path(verbs[0], run_name="imported")
+    else:
+        main = command_of(verbs)
     gc.freeze()
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     listener.bind(str(folder / "socket"))
@@ -87,13 +94,32 @@ def serve(folder: Path, verbs: Sequence[str]) -> None:
         if os.fork() == 0:
             listener.close()
             try:
-                answer(caller)
+                answer(caller, main)
             except BaseException:
                 sys.excepthook(*sys.exc_info())
             finally:
                 os._exit(137)
         caller.close()
         _reap()
+
+
+def command_of(verbs: Sequence[str]) -> Main:
+    """Return the command, once all is imported that these verbs may need."""
+    for verb in verbs:
+        import_module(f"exover.cli.{verb}")
+    for package in ("editor",) if SERVER in verbs else PACKAGES:
+        for each in walk_packages(import_module(f"exover.{package}").__path__, f"exover.{package}."):
+            import_module(each.name)
+    from exover.cli.main import main
+
+    return main
+
+
+def run_script(file: str, words: list[str]) -> int:
+    """Run a program in Python, and return 0 if it comes to its end."""
+    sys.argv = [file, *words]
+    run_path(file, run_name="__main__")
+    return 0
 
 
 def _reap() -> None:
@@ -105,10 +131,8 @@ def _reap() -> None:
         pass
 
 
-def answer(caller: socket.socket) -> None:
+def answer(caller: socket.socket, main: Main) -> None:
     """Become the command that a caller asks for, and tell it the status."""
-    from exover.cli.main import main
-
     size, rights, *_ = caller.recvmsg(10, socket.CMSG_SPACE(MOST_FILES * array("i").itemsize))
     given = array("i", rights[0][2])
     asked = b""
