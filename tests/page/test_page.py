@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from exover.audit import json as audit_json
+from exover.audit.auditor import Job, MissionAuditor
+from exover.audit.result import Audit
+from exover.pipeline import build, load
+from exover.rendering import look, summarise
 from exover.run.simulate import ReferenceEngine, simulate
+from exover.source import Source
+from tests.audit import missions
 from tests.support.browser import PARTS, built, chromium, opened, report, shown
 
 SPECS = Path(__file__).parents[2] / "specs"
@@ -149,9 +156,9 @@ def test_a_run_steps_by_buttons_slider_and_keys(page: Page, rover: Path) -> None
         assert page.locator("#part-simulator .history li").count() == steps + 1
 
 
-def test_the_simulator_answers_what_is_clicked_and_typed(browser: Browser, rover: Path, tmp_path: Path) -> None:
+def test_the_simulator_answers_what_is_clicked_and_typed(page: Page, rover: Path, tmp_path: Path) -> None:
     _, made = built(SPECS / "rover.exo")
-    with opened(browser, rover, "simulator") as page:
+    with shown(page, rover, "simulator"):
         part = page.locator("#part-simulator")
         goto = part.locator("fieldset[data-request='nd.goto']")
         goto.get_by_text("ask", exact=True).click()
@@ -184,14 +191,14 @@ def test_the_simulator_answers_what_is_clicked_and_typed(browser: Browser, rover
         assert Path(answers.value.path()).read_text("utf-8").splitlines() == expected
 
 
-def test_files_of_events_are_loaded(browser: Browser, rover: Path, tmp_path: Path) -> None:
+def test_files_of_events_are_loaded(page: Page, rover: Path, tmp_path: Path) -> None:
     mission = tmp_path / "a.jsonl"
     mission.write_text('{"ask": "pom.localize"}\n\n{"report": "pom.localize", "outcome": "ok"}\n', encoding="utf-8")
     bad = tmp_path / "b.jsonl"
     bad.write_bytes(b'{"ask": "\xff"}\n')
     long = tmp_path / "c.jsonl"
     long.write_text('{"ask": "nd.stop"}\n' * 10_001, encoding="utf-8")
-    with opened(browser, rover, "simulator") as page:
+    with shown(page, rover, "simulator"):
         part, message = page.locator("#part-simulator"), page.locator("#part-simulator .message")
         part.get_by_label("load events").set_input_files(mission)
         expect(message).to_contain_text("2 events")
@@ -206,10 +213,10 @@ def test_files_of_events_are_loaded(browser: Browser, rover: Path, tmp_path: Pat
             assert part.locator(".history li").count() == 3  # nothing is lost
 
 
-def test_nothing_in_a_spec_is_read_as_html(browser: Browser, tmp_path: Path) -> None:
+def test_nothing_in_a_spec_is_read_as_html(page: Page, tmp_path: Path) -> None:
     path = tmp_path / "hostile.exo"
     path.write_text(HOSTILE, encoding="utf-8")
-    with opened(browser, report(path, tmp_path)) as page:
+    with shown(page, report(path, tmp_path)):
         title = page.title()
         for part in PARTS:
             go(page, part)
@@ -280,12 +287,12 @@ def test_the_parts_are_turned_by_keys(browser: Browser, rover: Path) -> None:
         assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"
 
 
-def test_a_large_diagram_is_drawn_in_part_and_opened_by_picking(browser: Browser, tmp_path: Path) -> None:
+def test_a_large_diagram_is_drawn_in_part_and_opened_by_picking(page: Page, tmp_path: Path) -> None:
     path = Path(__file__).parents[1] / "specs" / "lab_automation.exo"
     _, made = built(path)
     request = [request.name for request in made.model.requests].index("head.dispense")
     below = made.tables.below(made.tables.requests[request].decide)
-    with opened(browser, report(path, tmp_path, checked=False), "diagrams/ask%20head.dispense") as page:
+    with shown(page, report(path, tmp_path, checked=False), "diagrams/ask%20head.dispense"):
         nodes = page.locator("#part-diagrams svg .node:not(.end)")
         assert len(below) > 400 > 120 == nodes.count()
         assert page.locator("#part-diagrams tbody tr").count() == len(below)
@@ -298,3 +305,41 @@ def test_a_large_diagram_is_drawn_in_part_and_opened_by_picking(browser: Browser
         assert number in drawn
         page.get_by_text("back to the whole diagram").click()
         expect(nodes).to_have_count(120)
+
+
+# ---- an audit of missions ----
+
+
+def audited_page(folder: Path, audited: bool) -> Path:
+    """Write a report, with an audit of two missions."""
+    loaded = load(Source("crane.exo", missions.CRANE))
+    assert loaded.model is not None
+    made = build(loaded.model)
+    auditor = MissionAuditor(Job(loaded.model, made.tables))
+    results = [
+        auditor.audit(str(missions.write(folder, "m.jsonl", missions.told(missions.LOOSE, 1, 80))), "m.jsonl"),
+        auditor.audit(str(folder / "<b>.jsonl"), "<b>.jsonl"),
+    ]
+    audit = Audit("0", loaded.model, "crane.exo", tuple(results))
+    summary = summarise("crane.exo", loaded.model, made, None, frozenset())
+    text = look(summary, loaded.source, made, audit_json.document(audit) if audited else None)
+    path = folder / "report.html"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_an_audit_is_a_part_of_the_page(page: Page, tmp_path: Path) -> None:
+    with shown(page, audited_page(tmp_path, True), "missions"):
+        part = page.locator("#part-missions")
+        assert page.locator("#tab-missions").is_visible()
+        assert part.locator("p").first.text_content().startswith("crane: 2 missions, 80 events; 1 of them diverges")
+        rows = part.locator("table").first.locator("tbody tr")
+        assert rows.nth(0).locator("td").all_text_contents()[:2] == ["m.jsonl", "80"]
+        assert rows.nth(1).locator("td").first.text_content() == "<b>.jsonl"  # a name is never read as HTML
+        assert part.locator("section[data-mission='m.jsonl'] li").count() >= 2
+        assert part.get_by_role("link", name="one", exact=True).get_attribute("href") == "#rules/one"
+
+
+def test_without_an_audit_there_is_no_such_part(page: Page, tmp_path: Path) -> None:
+    with shown(page, audited_page(tmp_path, False)):
+        assert not page.locator("#tab-missions").is_visible()

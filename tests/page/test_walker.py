@@ -146,21 +146,21 @@ def test_a_damaged_table_is_refused(browser: Browser, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["rover", "satellite"])
-def test_the_state_that_is_shown_is_that_of_the_reference(browser: Browser, name: str, tmp_path: Path) -> None:
+def test_the_state_that_is_shown_is_that_of_the_reference(page: Page, name: str, tmp_path: Path) -> None:
     """Readings and pasts are kept for the reader alone, so no answer would tell that they are wrong."""
     path = SPECS / f"{name}.exo"
     _, made = built(path)
     stream = Stream(made.model, 11)
-    events, shown = [], []
+    events, expected = [], []
     for line in stream.lines(400):
         state = stream.state
         events.append(line)
         readings = [value_text(value) for value in state.readings.values()]
         pasts = [None if past is None else [value_text(value) for value in past] for past in state.past.values()]
         slots = [[slot.phase if slot else "idle" for slot in slots] for slots in state.slots.values()]
-        shown.append([readings, pasts, slots])
+        expected.append([readings, pasts, slots])
     text = "values => values.map(plainText)"
-    with opened(browser, report(path, tmp_path, checked=False)) as page:
+    with shown(page, report(path, tmp_path, checked=False)):
         found = page.evaluate(
             f"lines => {{ const run = new Run(page.tables, page.names); const texts = {text};"
             " return lines.map(line => { const { state } = run.step(line); return [texts(state.readings),"
@@ -168,4 +168,4 @@ def test_the_state_that_is_shown_is_that_of_the_reference(browser: Browser, name
             " state.slots.map(slots => slots.map(({ phase }) => phase))]; }); }",
             events,
         )
-    assert found == shown
+    assert found == expected
