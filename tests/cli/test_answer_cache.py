@@ -20,8 +20,8 @@ mutex ab: m.a, m.b by wait;
 """
 PROPERTIES = "for s;\nproperty apart: never (active(m.a) and active(m.b));\nproperty free: never active(m.c);\n"
 MORE = "property more: possible (active(m.a));\n"
-ALONE = ("--jobs", "1", "--abc", "none")
-"""One spec after the other, and without a program that may be found or not."""
+ALONE = ("--abc", "none")
+"""Without a program that may be found or not."""
 Asked = list[tuple[str, str]]
 
 
