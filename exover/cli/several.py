@@ -93,7 +93,7 @@ def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> a
     share = None
     if arguments.timeout is not None:
         share = (arguments.timeout - (monotonic() - arguments.started)) * min(places, left) / left
-    own = {"spec": spec, "share": share, "jobs": max(arguments.jobs // places, 1)}
+    own = {"spec": spec, "share": share, "jobs": arguments.jobs // places}
     return argparse.Namespace(**{**vars(arguments), **own})
 
 
