@@ -71,7 +71,7 @@ def killed(command: list[object], folder: Path, token: str, least: int, delay: f
     assert within(30, lambda: not processes(token))  # they would go on for minutes
 
 
-@pytest.mark.parametrize("delay", [0.2, 0.6, 1.2])
+@pytest.mark.parametrize("delay", [0.2, 0.6])
 def test_while_it_reads_or_makes_the_tables(tmp_path: Path, token: str, delay: float) -> None:
     (tmp_path / "long.exo").write_text(LONG)
     killed([*COMMAND, "check", "long.exo", "--timeout", "60"], tmp_path, token, 1, delay)
