@@ -173,8 +173,8 @@ def program() -> Iterator[str]:
     package = os.path.dirname(os.path.abspath(exover.__file__))
     for place, folders, files in os.walk(package, followlinks=True):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
-        for name in sorted(files):
-            yield f"{os.path.relpath(os.path.join(place, name), package)} {_stamp(os.path.join(place, name))}"
+        for file in (os.path.join(place, name) for name in sorted(files)):
+            yield f"{file[len(package) + 1 :]} {_stamp(file)}"
     compiler = os.environ.get("CC", "")
     yield compiler
     for name in (*PROGRAMS, *compiler.split()[:1]):
