@@ -23,6 +23,7 @@ from exover.model.model import Location
 from tests.cli.processes import ENDLESS, await_begun, gone
 from tests.cli.specs import DEAF
 from tests.support.command import COMMAND, environment
+from tests.support.compiled import keeping_compiler
 
 needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 
@@ -102,8 +103,8 @@ def test_elsewhere_nothing_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_command_on_a_terminal(run, spec, tmp_path, jobs):
     spec.write_text(DEAF)
     ours, theirs = pty.openpty()
-    command = [*COMMAND, "check", "demo.exo", "--jobs", jobs]
-    with subprocess.Popen(command, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=theirs) as process:
+    command, env = [*COMMAND, "check", "demo.exo", "--jobs", jobs], environment(CC=str(keeping_compiler()))
+    with subprocess.Popen(command, cwd=tmp_path, env=env, stdout=subprocess.PIPE, stderr=theirs) as process:
         os.close(theirs)
         assert process.stdout is not None
         printed = process.stdout.read().decode()
