@@ -25,7 +25,7 @@ from exover.run.rust import EDITION, FLAGS, build_crate, find_rustc
 from exover.run.simulate import simulate
 from tests.docs.pages import ROOT
 from tests.runtime.boxed import SPEC
-from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, QUICK, SANITIZERS, WARNINGS, built, compile_c, model_of
 from tests.support.command import Ended, Run
 from tests.support.constructs import seldom
 
@@ -82,11 +82,10 @@ def compiled(spec: Build, folder: Path, source: Path, flags: Sequence[str] = ())
     for artefact in c.emit(spec.model, spec.tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
     (folder / "runner.c").write_bytes(runtime_file("runner.c"))
-    compile_c(COMPILERS[0], [*WARNINGS, *flags, "-c", f"-I{folder}"], [folder / "exover_box.c"], folder / "box.o")
+    compiler = COMPILERS[0] if flags else QUICK
+    compile_c(compiler, [*WARNINGS, *flags, "-c", f"-I{folder}"], [folder / "exover_box.c"], folder / "box.o")
     sources = [source, folder / "box.o", folder / "exover.c", folder / "native_tables.c"]
-    compile_c(
-        COMPILERS[0], ["-std=c99", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}"], sources, folder / "boxed"
-    )
+    compile_c(compiler, ["-std=c99", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}"], sources, folder / "boxed")
     return folder / "boxed"
 
 
@@ -234,7 +233,7 @@ size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot)
     )
     compile_c(COMPILERS[0], [*WARNINGS, "-O1", "-c", f"-I{folder}"], [folder / "hooked.c"], folder / "hooked.o")
     sources = [folder / name for name in ("stopped.c", "hooked.o", "exover.c", "native_tables.c")]
-    compile_c(COMPILERS[0], [*WARNINGS, f"-I{folder}"], sources, folder / "stopped")
+    compile_c(QUICK, [*WARNINGS, f"-I{folder}"], sources, folder / "stopped")
     data = subprocess.run([folder / "stopped"], capture_output=True, check=True).stdout
     (run,) = read_box(data).runs
     assert [(step.number, step.fault) for step in run] == [(1, 0), (2, None)]
@@ -278,7 +277,7 @@ int main(void)
     again = "exover_box_open(&box, &r2c[1], box_memory, sizeof box_memory);" if reopened else ""
     (folder / "resumed.c").write_text(host.replace("REOPEN", again))
     sources = [folder / name for name in ("resumed.c", "exover_box.c", "exover.c", "native_tables.c")]
-    compile_c(COMPILERS[0], [*WARNINGS, f"-I{folder}"], sources, folder / "resumed")
+    compile_c(QUICK, [*WARNINGS, f"-I{folder}"], sources, folder / "resumed")
     data = subprocess.run([folder / "resumed"], capture_output=True, check=True).stdout
     first, second = read_box(data).runs
     assert [step.number for step in first] == [1, 2, 3, 4] and [step.number for step in second] == [3]

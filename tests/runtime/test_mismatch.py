@@ -8,7 +8,7 @@ import pytest
 from exover import __version__
 from exover.emit import c
 from exover.pipeline import build
-from tests.runtime.compiling import COMPILERS, OTHER_BUILD, READY, WARNINGS, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, OTHER_BUILD, QUICK, READY, WARNINGS, compile_c, model_of
 
 MODEL = model_of("spec host; module m { request a(); request b(); } mutex m.a, m.b;")
 HOST = r"""
@@ -72,11 +72,11 @@ def test_another_size_or_build_is_refused_and_nothing_written(folder: Path) -> N
     ids=lambda flags: " ".join(flags) or "emitted",
 )
 def test_builds_that_differ_do_not_link(host: tuple[str, ...], runtime: tuple[str, ...], folder: Path) -> None:
-    compile_c(COMPILERS[0], [*host, "-c"], [folder / "host.c"], folder / "host.o")
-    compile_c(COMPILERS[0], [*host, "-c"], [folder / "host_tables.c"], folder / "tables.o")
-    compile_c(COMPILERS[0], [*runtime, "-c"], [folder / "exover.c"], folder / "exover.o")
+    compile_c(QUICK, [*host, "-c"], [folder / "host.c"], folder / "host.o")
+    compile_c(QUICK, [*host, "-c"], [folder / "host_tables.c"], folder / "tables.o")
+    compile_c(QUICK, [*runtime, "-c"], [folder / "exover.c"], folder / "exover.o")
     objects = [folder / name for name in ("host.o", "tables.o", "exover.o")]
-    done = subprocess.run([COMPILERS[0], *objects, "-o", folder / "host"], capture_output=True, text=True, check=False)
+    done = subprocess.run([QUICK, *objects, "-o", folder / "host"], capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "exover_load_built_" in done.stderr
 
 

@@ -58,6 +58,7 @@ def kept_in(store: Path) -> Iterator[None]:
     store.mkdir(exist_ok=True)
 
     def compiled(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Ended:
+        command = _quick(command)
         program = which(command[0])
         words = command[command[0] == str(store / "cc") :]
         if program is None or any(Path(word).is_absolute() for word in words):
@@ -74,6 +75,12 @@ def kept_in(store: Path) -> Iterator[None]:
 
     with patch.object(compiler, "run", compiled):
         yield
+
+
+def _quick(command: Sequence[str]) -> Sequence[str]:
+    """Return a command that lets clang, if it is there, compile for cc what is not optimized: in half the time."""
+    is_plain = command[0] == "cc" and "-O0" in command and not any(word.startswith("-fsanitize") for word in command)
+    return ["clang", *command[1:]] if is_plain and which("clang") else command
 
 
 def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str]) -> Ended:
