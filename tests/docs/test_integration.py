@@ -22,7 +22,9 @@ def write(name: str, folder: Path) -> Path:
     return folder / name
 
 
-def test_the_hosts_run(tmp_path: Path) -> None:
+def test_the_hosts_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CARGO_INCREMENTAL", "0")
+    monkeypatch.setenv("CARGO_PROFILE_DEV_DEBUG", "0")
     for _ in play(PAGE, tmp_path):
         pass
 

@@ -69,4 +69,4 @@ def test_bits_that_have_changed_between_calls_are_not_believed(lines: list[list[
 
 
 def test_tables_tell_that_they_are_unchecked(tmp_path: Path) -> None:
-    assert lines_of(tmp_path, unchecked=True)[1] == [NOT_LOADED, 1, READY, 1]
+    assert lines_of(tmp_path, ["-DEXOVER_WIDTH=2"], unchecked=True)[1] == [NOT_LOADED, 1, READY, 1]

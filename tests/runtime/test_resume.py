@@ -237,7 +237,9 @@ def test_a_map_that_says_what_no_proof_has_made_is_refused(rich: Host, tmp_path:
 @needs_rustc
 @pytest.mark.parametrize("name", ["corners", "mixed2", "rover"])
 def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Path) -> None:
-    found = build(built(ROOT / "tests/vectors" / f"{name}.exo").model, unchecked=True)
+    found = built(ROOT / "tests/vectors" / f"{name}.exo")
+    if name not in AS_EMITTED:
+        found = build(found.model, unchecked=True)
     for language in ("c", "rust"):
         (tmp_path / language).mkdir()
     lines = lines_of(found, 150)

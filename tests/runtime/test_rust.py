@@ -23,8 +23,8 @@ from exover.ocrd.packing import pack
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
 from exover.pipeline import build
 from exover.run.embedded import embedded
+from exover.run.rust import FLAGS, build_crate, engine_of, find_rustc
 from exover.run.rust import build as build_runner
-from exover.run.rust import build_crate, engine_of, find_rustc
 from tests.docs.pages import blocks
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
@@ -59,7 +59,7 @@ needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not in
 needs_cargo = pytest.mark.skipif(which("cargo") is None, reason="cargo is not installed")
 CORNERS = ROOT / "tests" / "vectors" / "corners.exo"
 ROVER = ROOT / "specs" / "rover.exo"
-FAST = ("-Copt-level=3", "-Cpanic=abort")
+FAST = ("-Copt-level=3", *FLAGS[1:], "-Cpanic=abort")
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
 DECIDED = 50 if "EXOVER_DECISIONS" in os.environ else 10
 """Requests of which many are decided, by the checker whose bits are flipped where that has as many."""
@@ -233,7 +233,7 @@ def test_cargo_builds_without_a_network_and_clippy_finds_nothing(
     lint = which("cargo-clippy") is not None
     command = ["cargo", "clippy" if lint else "build", "--offline", "--quiet", *features]
     command += ["--", "-Dwarnings"] if lint else []
-    environment = {**os.environ, "CARGO_TARGET_DIR": str(tmp_path / "target")}
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(tmp_path / "target"), "CARGO_INCREMENTAL": "0"}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

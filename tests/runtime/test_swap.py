@@ -80,7 +80,7 @@ def test_the_c_goes_on_by_what_was_proved_and_refuses_the_rest(tmp_path: Path) -
 @pytest.mark.parametrize("name", ["corners2", "mixed5", "rover"])
 def test_going_to_the_very_same_tables_changes_no_answer(name: str, tmp_path: Path) -> None:
     found = build(built(ROOT / "tests/vectors" / f"{name}.exo").model, unchecked=True)
-    host = host_of(found, tmp_path)
+    host = host_of(found, tmp_path, fixed=name == "rover")
     carry = Carry(found.compiled, found.compiled)
     (tmp_path / "map").write_bytes(packed(carry, ()))
     length, refused, differ, told = map(

@@ -28,7 +28,7 @@ WORDS = """spec words; poster level: int in 0 .. 5 = 0; poster fn: bool = false;
 module impl { request loop(type: int in -5 .. 5, in_: real, move: {self_, Self}) returns (ref: bool) fails (match)
     { wait until level < 3; interrupts self; } request r() instances 2; }"""
 MAIN = """#![allow(unused)]
-use checked::{api::*, Action, Checker, Outcome, Poster, Request, Stock, Value, TABLES, TABLE_BYTES};
+use native::{api::*, Action, Checker, Outcome, Poster, Request, Stock, Value, TABLES, TABLE_BYTES};
 
 fn main() {
     let (mut typed, mut plain) = (Checker::new(&TABLES), Checker::new(&TABLES));
@@ -188,16 +188,16 @@ def program(writer: Writer, events: Sequence[Event]) -> str:
 
 @pytest.mark.parametrize(
     "text",
-    [(ROOT / "specs" / "rover.exo").read_text("utf-8"), (ROOT / "tests/vectors/corners.exo").read_text("utf-8"), WORDS],
+    [*((ROOT / "tests" / "vectors" / f"{name}.exo").read_text("utf-8") for name in ("rover", "corners")), WORDS],
     ids=["rover", "corners", "words"],
 )
 def test_every_event_is_that_of_the_generic_api(text: str, tmp_path: Path) -> None:
     found = build(model_of(text))
-    crate(found, tmp_path)
+    build_crate(found.model, found.tables, "native", tmp_path)
     events = [e for e in random_events(found.model, 7, 300) if not isinstance(e, Observe) or not e.broken]
     writer = Writer(found)
     (tmp_path / "main.rs").write_text(program(writer, events), encoding="utf-8")
-    command = [*find_rustc(), "--edition=2021", "--extern=checked=libchecked.rlib", *FLAGS, "main.rs"]
+    command = [*find_rustc(), "--edition=2021", "--extern=native=libnative.rlib", *FLAGS, "main.rs"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:4000]
     ran = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
