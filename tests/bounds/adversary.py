@@ -50,7 +50,7 @@ def _run(found: Build, random: Random) -> Iterator[Bound]:
     stream = Stream(found.model, random.randrange(1 << 30))
     greed = random.choice((0.1, 0.3, 0.6))
     for _ in range(LENGTH):
-        held = copied(machine)
+        held = dict(vars(machine))
         tried = [_try(machine, held, event, random) for event in _events(found.model, stream)]
         yield from (each.cost for each in tried)
         chosen = max(tried, key=lambda each: each.load) if random.random() < greed else random.choice(tried)
@@ -73,7 +73,7 @@ def _try(machine: Counting, held: dict[str, object], event: Event, random: Rando
     answers = len(machine.step(event))
     waits, active = sum(map(bool, machine.place)), sum(map(bool, machine.phase))
     load = 3 * waits + active + random.random()
-    return Tried(event, Bound(machine.tests, answers, machine.passes), load, copied(machine))
+    return Tried(event, Bound(machine.tests, answers, machine.passes), load, dict(vars(machine)))
 
 
 def _figures(bound: Bound) -> tuple[int, int, int]:

@@ -1,7 +1,7 @@
 """Random decisions, one after another: the emitted C decides as the rules, the tables and the reference do.
 
 Of mutexes a million are compared with the rules, read a second time in C (`make soak`: 10^9). Of specs with all kinds
-of rules 50 000 are compared with a walk of the same tables in Python (`make soak`: 10^6); what these are drawn from
+of rules 25 000 are compared with a walk of the same tables in Python (`make soak`: 10^6); what these are drawn from
 has been answered by the reference interpreter first, and alike.
 """
 
@@ -24,7 +24,7 @@ from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 from tests.support.events import Stream
 
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
-WALKED = int(os.environ.get("EXOVER_WALKED", "50000"))
+WALKED = int(os.environ.get("EXOVER_WALKED", "25000"))
 SAMPLE = 600
 BATCH = 10_000
 

@@ -22,7 +22,7 @@ from tests.runtime.resuming import lines_of, needs_rustc
 
 HERE = Path(__file__).parent
 ALL = bool(os.environ.get("EXOVER_ALL_FAULTS"))
-STRIDE = 1 if ALL else 97
+STRIDE = 1 if ALL else 199
 SPECS = ("corners", "corners2", "mixed1", "mixed5", "mixed6", "rover")
 EVENTS = 6 * 60
 
@@ -66,7 +66,7 @@ def of_c(found: Build, folder: Path) -> dict[str, Flips]:
 
 
 def of_rust(found: Build, folder: Path) -> dict[str, Flips]:
-    flags = ("-Copt-level=3", "-Cpanic=abort") if optimized(found) else rust.FLAGS
+    flags = ("-Copt-level=3", *rust.FLAGS[1:], "-Cpanic=abort") if optimized(found) else rust.FLAGS
     rust.build_crate(found.model, found.tables, "native", folder, flags)
     runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
     head = "#![allow(dead_code, unreachable_code)]\n"

@@ -23,6 +23,7 @@ from tests.runtime.compiling import (
     BAD_LIMITS,
     BAD_NODE,
     BAD_SUM,
+    FAULTY,
     NO_MAGIC,
     OTHER_FORMAT,
     OTHER_WIDTH,
@@ -72,7 +73,7 @@ def test_tables_load_into_exactly_the_memory_that_is_announced(path: Path, harne
 
 
 def test_every_flipped_bit_is_found(harness: Harness) -> None:
-    data = pack(built(ROVER).tables)
+    data = pack(build(model_of(FAULTY)).tables)
     flips = []
     for bit in range(8 * len(data)):
         flipped = bytearray(data)
