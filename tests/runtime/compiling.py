@@ -59,7 +59,7 @@ def built(path: Path) -> Build:
 
 
 def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out: Path) -> None:
-    """Compile; the test fails with what the compiler says. Of equal exover.c only one is compiled (`_runtime`)."""
+    """Compile; the test fails with what the compiler says. Of equal exover.c one is compiled (`runtime_object`)."""
     if COVERAGE and compiler == "gcc" and "-c" not in flags:
         from tests.runtime.coverage import measured
 
@@ -68,13 +68,13 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
         counting = [measured([compiler, *flags], s, Path(COVERAGE)) if has else s for s, has in pairs]
         flags, sources = [*flags, "--coverage"], counting
     elif "-c" not in flags:
-        sources = [_runtime(compiler, flags, s, out) if s.name == "exover.c" else s for s in sources]
+        sources = [runtime_object(compiler, flags, s, out) if s.name == "exover.c" else s for s in sources]
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
 
 
-def _runtime(compiler: str, flags: Sequence[str], source: Path, out: Path) -> Path:
+def runtime_object(compiler: str, flags: Sequence[str], source: Path, out: Path) -> Path:
     """Return exover.c compiled for a program, alone in a folder: so `tests.support.compiled` knows all that it reads.
 
     It reads no configuration where the flags say the width, and is compiled with all warnings whatever they leave out.

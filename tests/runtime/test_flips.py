@@ -41,7 +41,7 @@ def flipped(tmp_path: Path, flags: Sequence[str], stride: int, fixed: bool) -> d
     tables = build(model).tables
     for artefact in c.emit(model, tables, "mutexes"):
         (tmp_path / artefact.name).write_bytes(artefact.content)
-    which = [] if fixed else ["-DEXOVER_WIDTH=2"]
+    which = [] if fixed else ["-ffreestanding", "-DEXOVER_WIDTH=2"]
     sources = [Path(__file__).parent / "flips.c", tmp_path / "exover.c"]
     compile_c(COMPILERS[0], [*WARNINGS, *flags, *which, f"-I{tmp_path}"], sources, tmp_path / "flips")
     data = pack(tables)
