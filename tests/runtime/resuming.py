@@ -18,6 +18,9 @@ from tests.runtime.compiling import COMPILERS, RUNTIME, SANITIZERS, WARNINGS, co
 from tests.support.events import Stream
 
 HERE = Path(__file__).parent
+FAST = ("-Copt-level=3", *rust.FLAGS[1:], "-Cpanic=abort")
+FAST_CRATE = (*FAST, "-Coverflow-checks=on", "--emit=link,obj")
+"""How optimized crates are compiled, which also leave an object to look at, so that each is compiled once."""
 needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
 
 

@@ -18,7 +18,7 @@ from exover.ocrd.packing import SECTIONS, is_checked
 from exover.pipeline import Build
 from exover.run import rust
 from tests.runtime.compiling import COMPILERS, QUICK, ROOT, RUNTIME, WARNINGS, built, compile_c
-from tests.runtime.resuming import lines_of, needs_rustc
+from tests.runtime.resuming import FAST, FAST_CRATE, lines_of, needs_rustc
 
 HERE = Path(__file__).parent
 ALL = bool(os.environ.get("EXOVER_ALL_FAULTS"))
@@ -69,8 +69,8 @@ def of_c(found: Build, folder: Path) -> dict[str, Flips]:
 
 
 def of_rust(found: Build, folder: Path) -> dict[str, Flips]:
-    flags = ("-Copt-level=3", *rust.FLAGS[1:], "-Cpanic=abort") if optimized(found) else rust.FLAGS
-    rust.build_crate(found.model, found.tables, "native", folder, flags)
+    flags, crate = (FAST, FAST_CRATE) if optimized(found) else (rust.FLAGS, rust.FLAGS)
+    rust.build_crate(found.model, found.tables, "native", folder, crate)
     runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
     head = "#![allow(dead_code, unreachable_code)]\n"
     source = head + runner.replace("fn main()", "fn runner_main()") + (HERE / "beside.rs").read_text()

@@ -23,8 +23,8 @@ from exover.ocrd.packing import pack
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
 from exover.pipeline import build
 from exover.run.embedded import embedded
-from exover.run.rust import FLAGS, build_crate, engine_of, find_rustc
 from exover.run.rust import build as build_runner
+from exover.run.rust import build_crate, engine_of, find_rustc
 from tests.docs.pages import blocks
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
@@ -49,17 +49,16 @@ from tests.runtime.compiling import (
     talk,
 )
 from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
+from tests.runtime.resuming import FAST, FAST_CRATE, needs_rustc
 from tests.support.constructs import seldom
 from tests.support.engines import agree_at_random
 from tests.support.fuzz import spec_of
 from tests.support.vectors import NAMES
 from tests.support.vectors import model_of as vectors_model
 
-needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
 needs_cargo = pytest.mark.skipif(which("cargo") is None, reason="cargo is not installed")
 CORNERS = ROOT / "tests" / "vectors" / "corners.exo"
 ROVER = ROOT / "specs" / "rover.exo"
-FAST = ("-Copt-level=3", *FLAGS[1:], "-Cpanic=abort")
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
 DECIDED = 50 if "EXOVER_DECISIONS" in os.environ else 10
 """Requests of which many are decided, by the checker whose bits are flipped where that has as many."""
@@ -113,7 +112,7 @@ class Watch:
 def watch(size: int, folder: Path) -> Watch:
     """Return the program for a checker of so many requests."""
     model = model_of(mutexes(size))
-    build_crate(model, build(model).tables, "watched", folder, FAST)
+    build_crate(model, build(model).tables, "watched", folder, FAST_CRATE)
     rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"))
     return Watch(folder / "watch", mutex_words(model))
 
@@ -161,7 +160,7 @@ def test_what_every_single_flip_leads_to(tmp_path: Path) -> None:
     """No argument is handed out that has changed; after a fault aborts kill, who waits is told, nothing is launched."""
     model = model_of(FAULTY)
     tables = build(model).tables
-    build_crate(model, tables, "faulty", tmp_path, FAST)
+    build_crate(model, tables, "faulty", tmp_path, FAST_CRATE)
     rustc(tmp_path, *FAST, "--extern=faulty=libfaulty.rlib", str(Path(__file__).parent / "faulty.rs"))
     done = subprocess.run([tmp_path / "faulty"], capture_output=True, text=True, check=True)
     faults, *wrong = map(int, done.stdout.split())
@@ -200,11 +199,15 @@ def test_tables_that_contradict_themselves(broken: Tables, lines: str, tmp_path:
 
 @needs_rustc
 @pytest.mark.skipif(which("nm") is None, reason="nm is not installed")
-@pytest.mark.parametrize("path", [ROVER, CORNERS], ids=["rover", "corners"])
-def test_it_cannot_panic(path: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("native", CORNERS.read_text("utf-8")), ("watched", mutexes(REQUESTS)), ("faulty", FAULTY)],
+    ids=["all there is", "mutexes alone", "no mutex"],
+)
+def test_it_cannot_panic(name: str, text: str, tmp_path: Path) -> None:
     """What is compiled refers to nothing that panics, not even where overflows are looked for."""
-    found = built(path)
-    build_crate(found.model, found.tables, "bare", tmp_path, (*FAST, "-Coverflow-checks=on", "--emit=obj"))
+    model = model_of(text)
+    build_crate(model, build(model).tables, name, tmp_path, FAST_CRATE)
     (code,) = tmp_path.glob("*.o")
     defined = subprocess.run(["nm", "--defined-only", code], capture_output=True, text=True, check=True).stdout
     assert "Checker" in defined
