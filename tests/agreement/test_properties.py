@@ -47,9 +47,9 @@ def case(request: pytest.FixtureRequest) -> Case:
 
 
 def test_the_cases_have_every_construct() -> None:
-    made = {seed: compiled(model_of(small_spec_of(seed))) for seed in MANY}
-    few, many = ([(made[seed].model, asked(seed, made[seed])[0]) for seed in seeds] for seeds in (SEEDS, MANY))
-    assert not seldom(few, many, 3)
+    models = {seed: model_of(small_spec_of(seed)) for seed in MANY}
+    few, many = ([(models[seed], asked(seed, models[seed])[0]) for seed in seeds] for seeds in (SEEDS, MANY))
+    assert not seldom(few, many, 2)
 
 
 def test_every_verdict_is_that_of_explicit_search(case: Case) -> None:

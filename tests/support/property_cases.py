@@ -9,7 +9,7 @@ from exover.checks.questions import property as property_check
 from exover.checks.questions import vacuity
 from exover.checks.questions.question import Check, Context, Question
 from exover.engines.bdd.analysis import Analysis
-from exover.model.model import NOWHERE
+from exover.model.model import NOWHERE, Model
 from exover.model.property import (
     Atom,
     Conjunction,
@@ -45,9 +45,9 @@ MANY = (
     *(3, 6, 8, 16, 17, 26, 29, 36, 38, 39, 41, 51, 56, 60, 62, 67, 73, 103, 106, 107, 109, 111, 119, 123, 130, 246),
     *(253, 258, 261, 269, 275, 276),
 )
-SEEDS = (3, 8, 17, 26, 29, 38, 51, 56, 62, 73, 109, 111, 119, 246, 253, 261, 275, 276)
-"""Those that are looked at: every construct of specs and properties of the many is in three of them."""
-WAITING = (0, 3, 4, 7, 8, 14, 15, 16, 17, 23, 26, 27, 28, 29)
+SEEDS = (6, 17, 26, 29, 38, 51, 56, 73, 119, 246, 253, 261, 275)
+"""Those that are looked at: every construct of specs and properties of the many is in two of them."""
+WAITING = (0, 3, 14, 16, 17, 26, 27, 28, 29)
 """Seeds of specs small enough to go through them moment by moment; in WAITING some request can wait."""
 
 
@@ -98,9 +98,9 @@ def paired(of: Formulas) -> list[tuple[Property, Formula | None]]:
     return [(Property(form, None, form, formula, q, NOWHERE), linear) for form, formula, linear in chosen]
 
 
-def asked(seed: int, made: Compiled) -> tuple[Properties, list[tuple[Property, Formula]]]:
+def asked(seed: int, model: Model) -> tuple[Properties, list[tuple[Property, Formula]]]:
     """Return the properties of this seed, and those among them that have a linear formula, with it."""
-    of = Formulas(Random(seed), made.model)
+    of = Formulas(Random(seed), model)
     properties = of.properties(2, of.random.randint(1, 3))
     pairs = paired(of)
     return replace(properties, properties=(*properties.properties, *(each for each, _ in pairs))), pairs
@@ -111,7 +111,7 @@ def case_of(seed: int) -> Case:
     """Return the case of this seed."""
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    properties, pairs = asked(seed, made)
+    properties, pairs = asked(seed, made.model)
     moments = moments_of(made.model, properties, MOST_STATES, MOST_STEPS)
     found = decided(made, properties, (property_check.CHECK, vacuity.CHECK))
     return Case(spec, made, properties, moments, found, {each.name: linear for each, linear in pairs})

@@ -24,6 +24,14 @@ SIZES = (
     replace(TINY, requests=2, rules=2, readings=2, clauses=3, instances=1, types=(Int(0, 2), Real(0.0, 2.0))),
 )
 """What specs are made in turn."""
+ENUMERABLE = (
+    *(0, 4, 7, 8, 14, 15, 23, 24, 26, 27, 28, 30, 32, 37, 40, 41, 42, 47, 48, 50, 54, 55, 57, 58, 60, 63, 64, 67),
+    *(68, 69, 70, 71, 73, 74, 82, 87, 88, 89, 90, 91, 92, 94, 95, 96, 98, 100, 101, 103, 104, 109, 111, 112, 115),
+    *(122, 124, 128, 130, 131, 133, 134, 136, 4053),
+)
+"""Of specs that are neither trivial nor large: some dozens of states, some hundreds of steps."""
+VARIED = (27, 30, 71, 98, 101, 109, 112)
+"""Some of them, soon checked, with every construct and every verdict of all; `tests/agreement` holds it."""
 
 
 def small_spec_of(seed: int) -> str:

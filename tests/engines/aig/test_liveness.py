@@ -134,7 +134,7 @@ def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch
         for index, name in enumerate(names):
             kinds[type(found[index])] += 1
             assert isinstance(found[index], (ShownLasso if starved(graph, name) else NoLasso) | Open), f"{spec}\n{name}"
-    assert kinds[ShownLasso] > 5 and kinds[NoLasso] > 5
+    assert kinds[ShownLasso] > 3 and kinds[NoLasso] > 3
 
 
 @cache

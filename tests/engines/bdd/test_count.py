@@ -10,7 +10,7 @@ from exover.loop.finite.abstraction import abstract
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.oracle import explore
-from tests.support.small import compiled, small_spec_of
+from tests.support.small import VARIED, compiled, small_spec_of
 
 APART = """spec apart;
 module m { request a(); request b(); }
@@ -32,7 +32,7 @@ def enumerated(analysis: Analysis) -> int:
     return len({tuple(abstract(analysis.loop, state)) for state in graph.states})
 
 
-@pytest.mark.parametrize("seed", (4, 7, 14, 23, 32, 41, 48, 58, 64, 88, 98, 103, 122))
+@pytest.mark.parametrize("seed", VARIED)
 def test_as_many_states_are_counted_as_enumerated(seed: int) -> None:
     analysis = analysis_of(small_spec_of(seed))
     assert count_states(analysis.stepper) == enumerated(analysis)

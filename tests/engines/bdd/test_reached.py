@@ -7,10 +7,10 @@ from exover.loop.finite.abstraction import abstract
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.oracle import explore
-from tests.support.small import compiled, small_spec_of
+from tests.support.small import VARIED, compiled, small_spec_of
 
 
-@pytest.mark.parametrize("seed", (4, 7, 14, 23, 32, 41, 48, 58, 64, 88, 98, 103, 122))
+@pytest.mark.parametrize("seed", VARIED)
 def test_forwards_backwards_and_by_enumeration_the_same_states_are_reached(seed: int) -> None:
     made = compiled(model_of(small_spec_of(seed)))
     analysis = Analysis(made, Reference(made.model), lambda what: None)
