@@ -5,7 +5,7 @@ import pytest
 from tests.support.constructs import seldom
 from tests.support.engines import agree, agree_at_random, disagreement, model_of
 from tests.support.events import Stream
-from tests.support.fuzz import spec_of
+from tests.support.fuzz import VARIED, spec_of
 from tests.support.seldom import SELDOM, lines
 from tests.support.shrink import shrink, smallest
 from tests.support.vectors import NAMES
@@ -43,8 +43,9 @@ def test_a_seed_gives_the_same_spec_and_the_same_events_again() -> None:
 def test_every_random_spec_is_valid_and_few_have_every_construct() -> None:
     made = {seed: model_of(spec_of(seed)) for seed in MANY}
     assert all(model.requests for model in made.values())
-    few, in_c, many = ([(made[seed],) for seed in seeds] for seeds in (FEW, IN_C, MANY))
+    few, varied, in_c, many = ([(made[seed],) for seed in seeds] for seeds in (FEW, VARIED, IN_C, MANY))
     assert not seldom(few, many[:100], 5)
+    assert not seldom(varied, many, 2)
     assert not seldom([*in_c, *((vectors_model(name),) for name in NAMES)], many[100:], 1)
 
 

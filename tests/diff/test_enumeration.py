@@ -1,6 +1,5 @@
 """What changes from one version to another, compared with plain enumeration of all runs of both."""
 
-from itertools import product
 from random import Random
 
 import pytest
@@ -14,9 +13,10 @@ from tests.support.engines import model_of
 from tests.support.generate import random_spec
 from tests.support.small import compiled
 
-SEEDS = (0, 1, 2, 3, 7, 8, 9, 12, 13, 15, 18, 23, 26, 28)
-CASES = (*product(SEEDS, range(2)), (25, 0))
-"""Of the first thirty random specs those that have few states, and edits of them that have."""
+CASES = (
+    *((1, 0), (2, 0), (2, 1), (3, 0), (8, 1), (9, 0), (9, 1), (15, 1), (18, 0), (18, 1), (23, 1), (25, 0), (26, 1)),
+)  # fmt: skip
+"""Of the first thirty random specs and edits of them that have few states: twice each construct, edit and change."""
 STATES = 100
 
 

@@ -1,7 +1,8 @@
 """Z3 finds that tables decide as the rules say, or what differs, also where numbers are too many for diagrams."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from random import Random
 
@@ -20,8 +21,8 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.packing import decode, pack
 from exover.ocrd.tables import NONE, Tables
 from exover.pipeline import build
+from tests.support import fuzz, small
 from tests.support.engines import model_of
-from tests.support.fuzz import spec_of
 from tests.support.mutants import Subject, mutants
 from tests.support.small import compiled, small_spec_of
 
@@ -64,11 +65,12 @@ def test_tables_that_were_just_made_are_the_rules(name: str) -> None:
     assert list(differences(made, made.tables)) == []
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_of_random_specs_too(seed: int) -> None:
-    for text in (spec_of(seed), small_spec_of(seed)):
-        made = compiled(model_of(text))
-        assert list(differences(made, made.tables)) == [], text
+@pytest.mark.parametrize(
+    ("made_of", "seed"), [*product([fuzz.spec_of], fuzz.VARIED), *product([small.small_spec_of], small.VARIED)]
+)
+def test_of_random_specs_too(made_of: Callable[[int], str], seed: int) -> None:
+    made = compiled(model_of(made_of(seed)))
+    assert list(differences(made, made.tables)) == [], made_of(seed)
 
 
 def test_every_test_of_the_rover_matters() -> None:

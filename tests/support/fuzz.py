@@ -39,6 +39,8 @@ SIZES = (
     Size(requests=4, rules=2, clauses=3, readings=2, depth=1, conflicts=40, instances=2, launches=4),
 )
 """What specs are made in turn: small ones meet each other's clauses more often."""
+VARIED = (11, 14, 20, 34, 40, 66, 69, 72, 85, 104)
+"""Seeds of small ones with two of each construct that a hundred have; `tests/agreement` holds it."""
 MOST_STATES, MOST_STEPS = 1500, 6000
 """How large a small spec may be."""
 PATIENCE = 5
