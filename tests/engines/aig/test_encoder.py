@@ -272,7 +272,7 @@ launch l: m.f() when hot;
 
 @pytest.mark.parametrize("passes", [1, 2, 3, 4])
 def test_a_step_is_unsettled_iff_it_takes_more_passes(passes: int) -> None:
-    counts = followed(CHAIN, 5, steps=40, lanes=32, passes=passes, atoms=0)
+    counts = followed(CHAIN, 5, steps=40, lanes=8, passes=passes, atoms=0)
     assert counts["2 passes"] and counts["3 passes"]
 
 

@@ -11,7 +11,8 @@ from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
-SEEDS = range(30)
+SEEDS = (0, 3, 4, 7, 8, 9, 11, 12, 14, 15, 16, 17, 21, 23, 25, 26, 28, 29)
+"""Of small specs, whose diagrams are soon made."""
 
 
 @cache

@@ -43,10 +43,9 @@ from tests.support.small import compiled, small_spec_of
 
 pytestmark = needs_nusmv
 SECONDS = 60.0
-SEEDS = range(4)
-JUDGED = (0, 1)
-"""Of seven more tests/agreement/test_all_engines.py says that NuSMV, the diagrams and plain enumeration agree."""
-FEWER = (5, 110, 151)
+SEEDS = (4, 42, 51, 112)
+"""Of others tests/agreement/test_all_engines.py says that NuSMV, the diagrams and plain enumeration agree."""
+FEWER = (127, 149, 151)
 """Of which runs need fewer passes than what no run comes to."""
 TOTAL = "read_model -i model.smv\ngo\ncheck_fsm\nquit\n"
 STARVING = """spec s; poster hot: bool = false;
@@ -65,7 +64,7 @@ launch O: update.start() when G == 7;
 """
 
 
-@pytest.mark.parametrize(("seed", "fewer"), [*((seed, False) for seed in JUDGED), *((seed, True) for seed in FEWER)])
+@pytest.mark.parametrize(("seed", "fewer"), [*((seed, False) for seed in SEEDS), *((seed, True) for seed in FEWER)])
 def test_nusmv_says_what_the_diagrams_say(seed: int, fewer: bool) -> None:
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
