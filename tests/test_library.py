@@ -8,6 +8,7 @@ import pytest
 
 import exover
 from tests.runtime.compiling import ROOT
+from tests.support.command import Run
 
 MUTEX = "module m { request a(); request b(); } mutex m.a, m.b;"
 WRONG = f"spec wrong; {MUTEX} poster p: bool = false; forbid f: active(m.a) and p;"
@@ -67,10 +68,9 @@ def test_the_properties_of_a_file_are_found(tmp_path: Path) -> None:
         exover.check(spec)
 
 
-def test_findings_render_as_the_command_prints_them() -> None:
+def test_findings_render_as_the_command_prints_them(run: Run) -> None:
     path = ROOT / "specs" / "violations" / "obligation.exo"
-    command = [sys.executable, "-m", "exover", "check", path, "--format", "json"]
-    printed = subprocess.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
+    printed = run("check", path, "--format", "json")
     assert exover.check(exover.load(path)).render("json") == printed.stdout and printed.returncode == 1
 
 

@@ -56,7 +56,10 @@ class Scope(ast.NodeVisitor):
 
 def clashes(source: str) -> set[str]:
     """Return `taken_for_local` of all functions of a module."""
-    functions = (node for node in ast.walk(ast.parse(source)) if isinstance(node, Function))
+    nodes = list(ast.walk(ast.parse(source)))
+    lines = [node.lineno for node in nodes if isinstance(node, Comprehension)]
+    spans = ((node, range(node.lineno, (node.end_lineno or 0) + 1)) for node in nodes if isinstance(node, Function))
+    functions = (node for node, span in spans if any(line in span for line in lines))
     return {name for function in functions for name in Scope(function).taken_for_local()}
 
 

@@ -8,18 +8,23 @@ TESTS = Path(__file__).parent
 ROOT = TESTS.parent / "exover"
 SUBJECTS = {"agreement", "cases", "docs", "newcomers", "support"}
 """Rooms of tests that are about several packages."""
+PARTS = ("body", "orelse", "finalbody", "handlers", "cases")
+"""Of a statement: the statements in it, and what has such."""
 IN_RUNTIME = {"run"}
 """Packages whose tests stand in tests/runtime: what they run is the evidence of docs/evidence.md, read from there."""
 
 
 def imported(tree: ast.Module) -> Iterator[str]:
-    """Yield the full names of what a module imports."""
-    for node in ast.walk(tree):
+    """Yield the full names of what a module imports, wherever it does: in blocks of statements, not in expressions."""
+    blocks: list[ast.AST] = [tree]
+    for node in blocks:
         match node:
             case ast.Import(names):
                 yield from (name.name for name in names)
             case ast.ImportFrom(module=str(module), names=names):
                 yield from (f"{module}.{name.name}" for name in names)
+            case _:
+                blocks += (each for part in PARTS for each in getattr(node, part, ()))
 
 
 def is_test(name: str) -> bool:

@@ -47,6 +47,7 @@ all_tables = st.builds(
 )
 
 
+@settings(max_examples=50)
 @given(all_tables)
 def test_decoding_undoes_packing(tables: Tables) -> None:
     data = pack(tables)

@@ -238,11 +238,11 @@ def test_any_mutation_of_a_file(data: st.DataObject) -> None:
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("property p: ltl " + "(" * 1_000_000, "E109"),
-        ("property p: ctl " + "E [" * 300_000, "E109"),
-        ("property p: ltl " + "-> " * 300_000, "E106"),
-        ("]" * 1_000_000, "E106"),
-        ("property p: never " + "& " * 300_000, "E106"),
+        ("property p: ltl " + "(" * 200_000, "E109"),
+        ("property p: ctl " + "E [" * 60_000, "E109"),
+        ("property p: ltl " + "-> " * 60_000, "E106"),
+        ("]" * 200_000, "E106"),
+        ("property p: never " + "& " * 60_000, "E106"),
     ],
     ids=lambda value: value[:24] if len(value) > 4 else value,
 )

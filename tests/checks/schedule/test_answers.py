@@ -187,7 +187,7 @@ def test_what_was_not_shown_on_c_is_not_kept(put: list[Key]) -> None:
     assert after(SPEC, PROPERTIES, put, store) == broken
 
 
-@pytest.mark.parametrize("seed", [1, 4, 6, 7])
+@pytest.mark.parametrize("seed", [4, 7, 42, 112])
 def test_verdicts_are_those_without_a_store_and_what_is_as_it_was_is_told_so(seed: int) -> None:
     """What other properties tell apart may have an answer shown by another run, but not be another answer."""
     random, store = Random(seed), Kept()
