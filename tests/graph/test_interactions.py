@@ -119,7 +119,7 @@ def test_runs_do_what_the_edges_say(path: Path) -> None:
     graph = interactions(model)
     apart = [e for e in graph.interactions if e.kind in ("excludes", "interrupts") and not e.sometimes]
     stream, seen = Stream(model, 1), 0
-    for line in stream.lines(400):
+    for line in stream.lines(250):
         event = read_event(model, line)
         assert event is not None
         active = [name for name, _slot in stream.state.active()]
@@ -134,7 +134,7 @@ def test_runs_do_what_the_edges_say(path: Path) -> None:
 def test_whoever_waits_or_is_killed_has_an_edge_of_that_rule(path: Path) -> None:
     model = exover.load(path).model
     graph = interactions(model)
-    lines = list(Stream(model, 2).lines(400))
+    lines = list(Stream(model, 2).lines(250))
     for answer in exover.simulate(exover.load(path), lines):
         for action in answer.actions:
             match action:

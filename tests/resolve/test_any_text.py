@@ -33,7 +33,7 @@ def test_shuffled_words_give_a_model_or_mistakes(text: str) -> None:
     names = [piece for piece in pieces if piece.isidentifier() or piece[0].isdigit()] + WORDS
     places = [index for index, piece in enumerate(pieces) if piece.isidentifier() or piece[0].isdigit()]
     resolved = 0
-    for _ in range(60):
+    for _ in range(40):
         changed = list(pieces)
         for _ in range(chance.randint(1, 2)):
             changed[chance.choice(places)] = chance.choice(names)

@@ -61,8 +61,8 @@ def found(
 
 @pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
 def test_a_property_is_told_with_its_text_and_what_it_reads_at_the_end(engines: Engines) -> None:
-    findings = found(SPEC, PROPERTIES, engines)
-    said = {subject: each.message for (check, subject), each in findings.items() if check == "property"}
+    findings = found(SPEC, PROPERTIES, engines, "property")
+    said = {subject: each.message for (_, subject), each in findings.items()}
     start, _, wind = said["p"].rpartition("wind == ")
     assert start == ('"no lift in a storm": a run comes to a moment that it forbids; there active(m.lift), ')
     assert int(wind) > 40
@@ -78,7 +78,7 @@ def test_of_a_lasso_it_is_told_by_what_its_requests_wait_and_what_asks_again(eng
         "spec s; poster low: bool = true; module m { request a(); request halt(); } mutex still: m.a, m.halt by wait;"
     )
     spec += "launch brake: m.halt() when low;"
-    said = found(spec, "for s; property l: always (waiting(m.a) leads to launched(m.a));", engines)[
+    said = found(spec, "for s; property l: always (waiting(m.a) leads to launched(m.a));", engines, "property")[
         "property", "l"
     ].message
     owed, *held = said.split("; ")[1:]
@@ -94,6 +94,7 @@ def test_an_abort_that_gives_up_what_must_come_is_told(engines: Engines) -> None
         """for s; assume fair reports; property taken: always (waiting(m.take) leads to active(m.take));
 property rests: always (running(m.rest) leads to last(m.rest) == ok);""",
         engines,
+        "property",
     )
     said = findings["property", "taken"].message.split("; ")
     since = int(said[1].removeprefix("the premise is true after step "))
@@ -143,7 +144,7 @@ def test_of_what_no_run_launches_it_is_told_that_a_guard_waits_for_it() -> None:
 def test_of_a_lasso_it_is_told_by_what_its_request_waits_in_turn() -> None:
     spec = "spec s; module m { request a(); request b(); request c(); }"
     spec += "mutex first: m.a, m.b by wait; mutex second: m.a, m.c by wait;"
-    _, by, earlier = found(spec)["starvation", "m.a"].message.split("; ")
+    _, by, earlier = found(spec, asked="starvation")["starvation", "m.a"].message.split("; ")
     first, second = "by `first`, there active(m.b)", "by `second`, there active(m.c)"
     assert (by, earlier) in (
         (f"`m.a` waits {first}", f"earlier in the loop {second}"),
@@ -178,7 +179,7 @@ module cut { request go(); } module vac { request suck(level: int in 1 .. 3) ins
 forbid cloud: active(cut.go) and dust > 40 and not active(vac.suck with level >= 2) by wait;
 launch extract: vac.suck(1) when dust > 30;
 """
-    waits = found(spec, engines=engines)["starvation", "cut.go"].message.partition("; ")[2]
+    waits = found(spec, engines=engines, asked="starvation")["starvation", "cut.go"].message.partition("; ")[2]
     assert waits in (
         "`cut.go` waits by `cloud`, there running(vac.suck with level == 1), dust == 50",
         "`cut.go` waits by `cloud`, there not active(vac.suck), dust == 50",
@@ -196,7 +197,7 @@ launch still: m.stow() when low == 7;
 launch first: m.dock(1) when low in 4 .. 6;
 launch shut: n.lift(2) when low == 8;
 """
-    said = {name: each.message for (check, name), each in found(spec, engines=engines).items() if check == "obligation"}
+    said = {name: each.message for (_, name), each in found(spec, engines=engines, asked="obligation").items()}
     causes = {name: message.partition("; ")[2] for name, message in said.items()}
     assert causes == {
         "home": "`m.dock(p = 3)` is refused by `m.dock.far`, there p == 3",
@@ -236,7 +237,7 @@ def test_what_a_property_reads_is_told_as_it_reads_it(form: str, told: str) -> N
     spec = """spec s; poster hot: bool = false;
 module m { request go(v: int in 0 .. 3); request halt(n: int in 1 .. 4) { interrupts m.go; } }
 """
-    message = found(spec, f"for s; property p: {form};")["property", "p"].message
+    message = found(spec, f"for s; property p: {form};", asked="property")["property", "p"].message
     assert message.partition("; ")[2] == told
 
 
@@ -249,7 +250,7 @@ module m {{
 }}
 """
     told = "once all else is mended, `m.e()` is kept waiting by `m.e.net`, there used(wifi) == 0"
-    assert found(spec)["lockout", "m.e"].message.endswith(f"; {told}")
+    assert found(spec, asked="lockout")["lockout", "m.e"].message.endswith(f"; {told}")
 
 
 def test_a_launch_that_a_shortage_refuses_is_told_with_the_text_of_the_clause() -> None:
@@ -257,7 +258,7 @@ def test_a_launch_that_a_shortage_refuses_is_told_with_the_text_of_the_clause() 
 module m { request a() { consumes pills 1 because "none left"; } }
 launch go: m.a() when low;
 """
-    told = found(spec)["obligation", "go"].message
+    told = found(spec, asked="obligation")["obligation", "go"].message
     assert told.endswith("; `m.a()` is refused by `pills` (none left), there level(pills) == 0")
 
 
@@ -306,7 +307,9 @@ def test_a_rule_may_stand_in_the_way_of_what_an_assumption_forbids_all_the_same(
 def test_an_assumption_that_forbids_what_would_mend_it_is_told() -> None:
     spec = """spec s; poster free: bool = true; latch stop: when not free until m.reset;
     module m { request reset() { check free; } request go() { check clear: not stop; } }"""
-    said = found(spec, "for s; assume never asked(m.reset) and active(m.reset);")["lockout", "m.go"].message
+    said = found(spec, "for s; assume never asked(m.reset) and active(m.reset);", asked="lockout")[
+        "lockout", "m.go"
+    ].message
     assert said.endswith(
         "; `m.go()` is refused by `m.go.clear`, there stop == true; "
         "in a later state `m.reset()` would be launched, but the assumption at s.prop:1:8 forbids the step"
@@ -320,7 +323,7 @@ def test_what_a_state_after_the_run_has_is_not_told_as_if_it_were_its_end() -> N
         request step() { on launch set up = true; on launch set at = 3; }
         request sing() { check lit: up; check low: at == 2; }
     }"""
-    said = found(spec)["lockout", "m.sing"].message
+    said = found(spec, asked="lockout")["lockout", "m.sing"].message
     told = "once all else is mended, `m.sing()` is refused by `m.sing.low`, in a later state m.at == 3"
     assert said.endswith(f"; {told}")
 
@@ -346,14 +349,14 @@ NEVER_ASKED = "the assumption at s.prop:1:8 forbids the step"
 def test_a_launch_that_is_forbidden_is_one_at_the_end_of_the_run_unless_it_is_told(
     spec: str, assumed: str, told: str
 ) -> None:
-    message = found(spec, f"for s; assume {assumed};")["lockout", "m.a"].message
+    message = found(spec, f"for s; assume {assumed};", asked="lockout")["lockout", "m.a"].message
     assert message.endswith(told)
 
 
 def test_what_mends_it_is_told_to_be_refused_later_if_it_is_not_at_the_end_of_the_run() -> None:
     spec = """spec s; poster k: bool = true;
     module m { request a() { wait until last(m.a) == failed; check not k; } request b() { after m.a; } }"""
-    said = found(spec)["lockout", "m.b"].message
+    said = found(spec, asked="lockout")["lockout", "m.b"].message
     first = "`m.b()` is refused by `m.b.after.m.a`, there not past(m.a)"
     last = "once all else is mended, `m.a()` is kept waiting by `m.a.wait.1`, there last(m.a) == none"
     assert said.endswith(f"; {first}; {last}")
@@ -402,7 +405,7 @@ def test_what_would_mend_it_and_cannot_be_is_told(engines: Engines) -> None:
 def test_of_a_long_chain_it_is_told_that_it_goes_on(length: int, more: bool) -> None:
     """Each request is to come after the next, and the last after the first."""
     chain = " ".join(f"request r{n}() {{ after m.r{(n + 1) % length}; }}" for n in range(length))
-    message = found(f"spec s; module m {{ {chain} }}")["lockout", "m.r0"].message
+    message = found(f"spec s; module m {{ {chain} }}", asked="lockout")["lockout", "m.r0"].message
     assert message.count(" is refused by ") == 4
     assert message.endswith("; and so on") == more
 
@@ -490,7 +493,7 @@ def test_an_idle_request_that_a_rule_names_would_mend_nothing() -> None:
         request c(); request d() { check not m.used; }
     }
     limit one: at most 1 of m.a, m.b, m.d by wait; launch again: m.a() when m.used;"""
-    said = found(spec)["lockout", "m.b"].message
+    said = found(spec, asked="lockout")["lockout", "m.b"].message
     assert said.endswith(
         "`m.b()` is kept waiting by `one`, there active(m.a); launch rule `again` requires `m.a` there"
     )
@@ -502,10 +505,10 @@ def test_only_steps_that_are_assumed_mend_anything() -> None:
         request a() { check close: near; check seen: lit; check past(m.b); }
         request b() { check not past(m.a) and lit; }
     }"""
-    said = found(spec, "for s; assume always not near;")["lockout", "m.a"].message
+    said = found(spec, "for s; assume always not near;", asked="lockout")["lockout", "m.a"].message
     assert said.endswith("; `m.a()` is refused by `m.a.close`, there near == false")
     assumed = "assume never launched(m.b) and not active(m.a); assume always lit or near or active(m.b) or past(m.b);"
-    said = found(spec, f"for s; {assumed}")["lockout", "m.a"].message
+    said = found(spec, f"for s; {assumed}", asked="lockout")["lockout", "m.a"].message
     forbidden = "`m.b()` would be launched, but the assumption at s.prop:1:8 forbids the step"
     last = f"once all else is mended, `m.a()` is refused by `m.a.check.3`, there not past(m.b); {forbidden}"
     assert said.endswith(f"; {last}")
@@ -622,7 +625,7 @@ launch home: m.dock() when low;
 property l: always (low leads to active(m.dock));
 property f: from launched(n.go) possible n.at == pool;
 """
-    said = {name: each.message for (check, name), each in found(spec, properties).items() if check == "property"}
+    said = {name: each.message for (_, name), each in found(spec, properties, asked="property").items()}
     assert said["u"].endswith("; there used(power) == 7")
     assert said["l"].endswith("; `m.dock()` is refused by `m.dock.seen`, there not past(m.look)")
     assert "; `n.at == pool` is false whatever happens: " in said["f"]

@@ -51,7 +51,7 @@ def followed(
     text: str,
     seed: int,
     steps: int = 16,
-    lanes: int = 16,
+    lanes: int = 12,
     passes: int = 2,
     atoms: int = 6,
     smaller: Smaller | None = None,
@@ -130,7 +130,7 @@ def test_specs_over_the_whole_language_are_followed(seed: int) -> None:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_specs_of_the_project_are_followed(file: Path) -> None:
-    assert followed(file.read_text(), 1, steps=8, lanes=8, passes=3)["given event"]
+    assert followed(file.read_text(), 1, steps=8, lanes=6, passes=3)["given event"]
 
 
 def test_the_runs_do_all_kinds_of_things() -> None:

@@ -516,7 +516,7 @@ def test_damaged_tables_are_never_a_fault_but_that_they_disagree(spec: str) -> N
     counts: Counter[str] = Counter()
     source = mutants(made.tables, Random(5))
     formed = (each for each in source if each[0] in ("bound", "swapped"))
-    for way, tables in islice(formed, 6):
+    for way, tables in islice(formed, 4):
         try:
             judged(replace(made, tables=tables), NO_PROPERTIES)
         except Disagreement:
