@@ -88,7 +88,7 @@ def test_swapped_and_moved_tests_of_a_large_spec_are_found() -> None:
     made = compiled("hospital_courier")
     row = made.tables.requests[[r.name for r in made.model.requests].index("drawers.unload")]
     below = [n for n in made.tables.below(row.decide) if made.tables.nodes[n].code >= 0]
-    for number in (below[0], below[len(below) // 2], below[-1]):
+    for number in (below[0], below[len(below) // 2]):
         node = made.tables.nodes[number]
         for changed in (replace(node, low=node.high, high=node.low), replace(node, low=node.high)):
             beside = beside_rules(with_node(made, number, changed))

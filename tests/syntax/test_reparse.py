@@ -59,12 +59,12 @@ def same(text: str, before: SpecTree) -> SpecTree:
     return SpecTree(source, found[0]) if found[0] else before
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(4))
 def test_edits_of_a_spec(seed: int) -> None:
     random = Random(seed)
     text = small_spec_of(seed) if seed else SPEC
     before = read(text)
-    for _ in range(150):
+    for _ in range(120):
         start = random.randrange(len(text) + 1)
         end = min(len(text), start + random.choice((0, 0, 1, 3, 40)))
         changed = text[:start] + random.choice(PIECES) + text[end:]

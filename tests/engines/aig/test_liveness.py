@@ -32,12 +32,13 @@ from tests.support import explicit_ltl
 from tests.support.confirming import confirms
 from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore
-from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of
+from tests.support.property_cases import MOST_STATES, MOST_STEPS, WAITING, Case, case_of
 from tests.support.small import compiled, small_spec_of
 from tests.support.starving import starved
 from tests.support.words import word_of
 
-FEW = SEEDS[::2]
+FEW = (17, 29, 51, 73, 119, 246, 253)
+"""Of `SEEDS`: whose questions are soon answered."""
 """Those of the specs that are asked about here."""
 PASSES = 5
 """How many passes settle all of these specs."""
