@@ -17,12 +17,11 @@ from exover.ocrd.compile import Compiled
 from exover.run.native import NativeEngine
 from tests.support.constructs import seldom
 from tests.support.engines import model_of
-from tests.support.oracle import Graph, explore, verdicts, wrong
+from tests.support.oracle import Graph, verdicts, wrong
 from tests.support.representatives import Representatives
-from tests.support.small import ENUMERABLE, VARIED, compiled, differences, findings_of, small_spec_of
+from tests.support.small import ENUMERABLE, VARIED, compiled, differences, explored, findings_of, small_spec_of
 from tests.support.watch import Watched, watched
 
-MOST_STATES, MOST_STEPS = 1500, 6000
 SEEDS = (4, 14, 24, 27, 30, 69, 71, 90, 95, 96, 98, 101, 109, 112, 130)
 """Those that are looked at: every construct and every verdict of all is in two of them."""
 IN_C = VARIED[::2]
@@ -43,7 +42,7 @@ class Case:
 def case_of(seed: int) -> Case:
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    return Case(spec, made, explore(made.model, MOST_STATES, MOST_STEPS), findings_of(made))
+    return Case(spec, made, explored(seed), findings_of(made))
 
 
 @pytest.fixture(scope="module", params=SEEDS)

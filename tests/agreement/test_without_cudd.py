@@ -13,14 +13,12 @@ from tests.support.command import environment
 from tests.support.constructs import seldom
 from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
-from tests.support.oracle import explore
-from tests.support.small import ENUMERABLE, compiled, differences, findings_of, small_spec_of
+from tests.support.small import ENUMERABLE, compiled, differences, explored, findings_of, small_spec_of
 
 SPECS = sorted((Path(__file__).parents[2] / "specs" / "violations").glob("*.exo"))
 SEEDS = (4, 30, 69, 98, 109, 112)
 """Of small specs: with those of `SPECS` they have every construct that small specs have."""
 PROPERTIES = property_cases.SEEDS[1::5]
-MOST_STATES, MOST_STEPS = 1500, 6000
 
 
 @pytest.fixture(autouse=True)
@@ -46,7 +44,7 @@ def test_the_specs_have_every_construct() -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_every_verdict_is_that_of_the_oracle(seed: int, managers: list[object]) -> None:
     made = compiled(model_of(small_spec_of(seed)))
-    assert differences(explore(made.model, MOST_STATES, MOST_STEPS), findings_of(made)) == {}
+    assert differences(explored(seed), findings_of(made)) == {}
     assert managers
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cache
 
 from exover.checks.finding import Finding
 from exover.model.model import Model
@@ -9,9 +10,9 @@ from exover.model.types import Bool, Enum, Int, Real
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.packing import decode, pack
 from tests.support.diagrams import check_by_diagrams
-from tests.support.engines import DIGEST
+from tests.support.engines import DIGEST, model_of
 from tests.support.generate import random_spec
-from tests.support.oracle import Graph, verdicts
+from tests.support.oracle import Graph, explore, verdicts
 from tests.support.scene import TINY
 
 Differences = dict[tuple[str, str], tuple[str | None, str | None]]
@@ -24,6 +25,7 @@ SIZES = (
     replace(TINY, requests=2, rules=2, readings=2, clauses=3, instances=1, types=(Int(0, 2), Real(0.0, 2.0))),
 )
 """What specs are made in turn."""
+MOST_STATES, MOST_STEPS = 1500, 6000
 ENUMERABLE = (
     *(0, 4, 7, 8, 14, 15, 23, 24, 26, 27, 28, 30, 32, 37, 40, 41, 42, 47, 48, 50, 54, 55, 57, 58, 60, 63, 64, 67),
     *(68, 69, 70, 71, 73, 74, 82, 87, 88, 89, 90, 91, 92, 94, 95, 96, 98, 100, 101, 103, 104, 109, 111, 112, 115),
@@ -37,6 +39,12 @@ VARIED = (27, 30, 71, 98, 101, 109, 112)
 def small_spec_of(seed: int) -> str:
     """Return the spec of this seed, of a size that depends on it."""
     return random_spec(seed, SIZES[seed % len(SIZES)])
+
+
+@cache
+def explored(seed: int) -> Graph:
+    """Return all states and steps of one that is `ENUMERABLE`, found once for all tests of a process."""
+    return explore(model_of(small_spec_of(seed)), MOST_STATES, MOST_STEPS)
 
 
 def compiled(model: Model) -> Compiled:

@@ -18,11 +18,10 @@ from exover.model.property import NO_PROPERTIES, Assumption, Atom, Conjunction, 
 from exover.ocrd.compile import Compiled
 from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
-from tests.support.oracle import explore, verdicts
-from tests.support.small import VARIED, compiled, small_spec_of
+from tests.support.oracle import verdicts
+from tests.support.small import VARIED, compiled, explored, small_spec_of
 from tests.support.watch import watched
 
-MOST_STATES, MOST_STEPS = 1500, 6000
 SPECS = [*sorted(Path("specs").glob("*.exo")), Path("specs/violations/redundancy.exo")]
 
 
@@ -64,7 +63,7 @@ def verdicts_of_text(text: str, properties: Properties = NO_PROPERTIES) -> dict[
 def test_every_verdict_is_that_of_the_oracle(seed: int) -> None:
     text = small_spec_of(seed)
     made = compiled(model_of(text))
-    wanted = verdicts(explore(made.model, MOST_STATES, MOST_STEPS))
+    wanted = verdicts(explored(seed))
     for name, verdict in verdicts_of(made).items():
         assert verdict == wanted["redundancy", name], f"{text}\n{name}"
 

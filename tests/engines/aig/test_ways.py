@@ -28,9 +28,9 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of
-from tests.support.oracle import explore, verdicts, wrong
+from tests.support.oracle import verdicts, wrong
 from tests.support.representatives import Representatives
-from tests.support.small import VARIED, compiled, small_spec_of
+from tests.support.small import VARIED, compiled, explored, small_spec_of
 
 BUDGET = WaysBudget(rounds=3)
 CHECKS = (deadlock.CHECK, lockout.CHECK)
@@ -144,7 +144,7 @@ def test_model_checkers_are_asked_for_words_where_random_runs_show_none(monkeypa
 def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    graph = explore(made.model, 1500, 6000)
+    graph = explored(seed)
     wanted, states = verdicts(graph), wrong(graph)
     encoding, found = judged(made)
     said = {NeverCutOff: "holds", ShownCutOff: "violated"}

@@ -6,8 +6,7 @@ from exover.engines.bdd.analysis import Analysis
 from exover.loop.finite.abstraction import abstract
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
-from tests.support.oracle import explore
-from tests.support.small import VARIED, compiled, small_spec_of
+from tests.support.small import VARIED, compiled, explored, small_spec_of
 
 
 @pytest.mark.parametrize("seed", VARIED)
@@ -15,7 +14,7 @@ def test_forwards_backwards_and_by_enumeration_the_same_states_are_reached(seed:
     made = compiled(model_of(small_spec_of(seed)))
     analysis = Analysis(made, Reference(made.model), lambda what: None)
     space, reached = analysis.space, analysis.reached
-    for state in explore(made.model, 1500, 6000).states:
+    for state in explored(seed).states:
         assert space.cube_of(abstract(analysis.loop, state)) & reached != space.none
     assert reached & ~analysis.stepper.universe == space.none
     assert not analysis.reaches(analysis.stepper.universe & ~reached)
