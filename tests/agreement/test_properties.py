@@ -35,7 +35,7 @@ from tests.support.property_cases import (
     decided,
 )
 from tests.support.representatives import Representatives
-from tests.support.small import compiled, small_spec_of
+from tests.support.small import compiled, explored, small_spec_of
 from tests.support.starving import starved
 from tests.support.words import Word, word_of
 
@@ -125,9 +125,8 @@ def test_the_cases_have_verdicts_of_every_kind() -> None:
 
 @pytest.mark.parametrize("seed", WAITING)
 def test_starvation_is_what_explicit_search_finds(seed: int) -> None:
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+    spec, graph = small_spec_of(seed), explored(seed)
+    made = compiled(graph.model)
     findings = decided(made, NO_PROPERTIES, (starvation.CHECK,))
     assert any(finding.method != "tables" for finding in findings.values()), "some request can wait"
     for (_, name), finding in findings.items():

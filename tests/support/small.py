@@ -43,7 +43,7 @@ def small_spec_of(seed: int) -> str:
 
 @cache
 def explored(seed: int) -> Graph:
-    """Return all states and steps of one that is `ENUMERABLE`, found once for all tests of a process."""
+    """Return all states and steps of one that has few, found once for all tests of a process."""
     return explore(model_of(small_spec_of(seed)), MOST_STATES, MOST_STEPS)
 
 

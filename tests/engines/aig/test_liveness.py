@@ -31,9 +31,8 @@ from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
 from tests.support.confirming import confirms
 from tests.support.engines import model_of
-from tests.support.oracle import Graph, explore
-from tests.support.property_cases import MOST_STATES, MOST_STEPS, WAITING, Case, case_of
-from tests.support.small import compiled, small_spec_of
+from tests.support.property_cases import WAITING, Case, case_of
+from tests.support.small import compiled, explored, small_spec_of
 from tests.support.starving import starved
 from tests.support.words import word_of
 
@@ -129,7 +128,8 @@ def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(Judging, "_return", lambda judging, place: judging.counts.pop(place))
     kinds = Counter[type]()
     for seed in WAITING:
-        spec, made, graph = explored(seed)
+        spec, graph = small_spec_of(seed), explored(seed)
+        made = compiled(graph.model)
         names = [request.name for request in made.model.requests]
         found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
         for index, name in enumerate(names):
@@ -138,17 +138,10 @@ def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch
     assert kinds[ShownLasso] > 3 and kinds[NoLasso] > 3
 
 
-@cache
-def explored(seed: int) -> tuple[str, Compiled, Graph]:
-    """Return a spec, what it is compiled to, and all its states and steps."""
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    return spec, made, explore(made.model, MOST_STATES, 2 * MOST_STEPS)
-
-
 def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
     """Return what is said of each request of a spec, which is what explicit search finds."""
-    spec, made, graph = explored(seed)
+    spec, graph = small_spec_of(seed), explored(seed)
+    made = compiled(graph.model)
     names = [request.name for request in made.model.requests]
     found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
     for index, name in enumerate(names):
