@@ -195,6 +195,7 @@ class _Step:
             return
         held = self._slots().pop(slot)
         self._effects.append(Finish(held.call, slot, report.outcome))
+        self._heard(slot)
 
     def _observed(self, observe: Observe, event: Event | None) -> None:
         """Keep a reading that was not told to the checker; drop the kept one once the checker has been told."""
@@ -230,14 +231,14 @@ class _Step:
                 self._effects.append(Stop(slot, "aborted", None))
         if slot in self._state.strays:
             self._changes["strays"] = self._state.strays - {slot}
-        if slot in self._state.unsaid:
-            self._known(self._state.unsaid - {slot})
+        self._heard(slot)
 
-    def _known(self, unsaid: frozenset[SlotId]) -> None:
-        waited_for = {name for name, _ in unsaid}
-        self._changes["unsaid"] = unsaid
-        self._changes["away"] = frozenset(name for name in self._state.away if name in waited_for)
-        self._changes["started"] = self._state.started or not unsaid
+    def _heard(self, slot: SlotId) -> None:
+        """Note that a module, which thus is there, has said whether a slot of it runs."""
+        if slot in self._state.unsaid:
+            self._changes["unsaid"] = self._state.unsaid - {slot}
+            self._changes["away"] = self._state.away - {slot[0]}
+            self._changes["started"] = self._state.started or not self._changes["unsaid"]
 
     def _late(self) -> None:
         for slot, held in self._state.slots.items():

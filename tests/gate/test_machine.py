@@ -140,6 +140,28 @@ def test_a_module_that_dies_is_never_taken_for_idle() -> None:
     assert Forward(CallId("a", 5), STOP, ()) in gate.tell(SlotSaid(MOVE, False), 1)
 
 
+def test_a_module_that_says_of_one_slot_what_runs_is_there() -> None:
+    text = """spec twice; poster low: bool = false;
+    module arm { request reach(); request grip() instances 2; }
+    launch again: arm.grip() when low;"""
+    gate = started(model_of(text))
+    first, second = ("arm.grip", 0), ("arm.grip", 1)
+    gate.tell(Observed(Observe("low", True)), 0)
+    gate.tell(ModuleGone(frozenset({"arm.grip", "arm.reach"})), 0)
+    assert Forward(None, first, ()) in gate.tell(SlotSaid(first, False), 0)
+    assert not gate.state.slots[first].lost and gate.state.away == {"arm.reach"}
+    assert gate.tell(SlotSaid(second, False), 0) == ()
+
+
+def test_a_report_of_what_was_lost_says_that_it_does_not_run() -> None:
+    gate = started()
+    ask(gate, 1, "base.move", 0.5)
+    gate.tell(ModuleGone(frozenset({"base.move"})), 0)
+    gate.tell(Reported(Report(*MOVE, "failed")), 1)
+    assert not gate.state.away and not gate.state.unsaid
+    assert ask(gate, 2, "base.move", 0.5) == (Forward(CallId("a", 2), MOVE, (0.5,)),)
+
+
 def test_nothing_goes_through_before_all_have_said_what_runs() -> None:
     gate = Compared(CART)
     (refused,) = ask(gate, 1, "base.stop")
