@@ -220,6 +220,8 @@ class _Step:
         if active and held is None:
             if slot not in self._state.strays:
                 self._changes["strays"] = self._state.strays | {slot}
+                if not self._state.started:
+                    self._changes["unsaid"] = self._state.unsaid | {slot}
                 self._alarm("stray", slot, "it runs, and was not launched here")
                 self._effects.append(Stop(slot, "stray", ASTRAY))
             return

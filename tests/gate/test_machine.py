@@ -177,6 +177,18 @@ def test_nothing_goes_through_before_all_have_said_what_runs() -> None:
     assert ask(gate, 4, "arm.grip", 1)[0].rule == "stray"  # type: ignore[union-attr]
 
 
+def test_the_gate_has_not_started_as_long_as_something_stray_runs() -> None:
+    gate = Compared(CART)
+    others = sorted(gate.machine.every_slot - {MOVE})
+    gate.tell(SlotSaid(MOVE, False), 0)
+    gate.tell(SlotSaid(MOVE, True), 0)
+    for slot in others:
+        gate.tell(SlotSaid(slot, False), 0)
+    assert not gate.state.started
+    gate.tell(SlotSaid(MOVE, False), 0)
+    assert gate.state.started and not gate.state.strays
+
+
 def test_what_waits_is_refused_once_something_is_stray() -> None:
     gate = started()
     ask(gate, 1, "base.move", 0.5)

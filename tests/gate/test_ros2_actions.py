@@ -383,6 +383,19 @@ def test_a_goal_of_somebody_else_beside_one_of_ours_denies_everything() -> None:
     assert yard.take_goal(REACH)[:16] == id_of(4)
 
 
+def test_what_becomes_stray_before_the_start_delays_it() -> None:
+    yard = RosMiddle()
+    for name in (DRIVE, REACH):
+        yard.come(name)
+        ((data, _),) = yard.got("inner", name, "cancel_goal")
+        yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.show(DRIVE, (66, EXECUTING))
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    assert yard.gate.state.strays == {("base.drive", 0)} and not yard.gate.state.started  # no launch rule uses the slot
+    yard.show(DRIVE, (66, CANCELED))
+    assert yard.gate.state.started and not yard.gate.state.strays
+
+
 def test_a_server_that_dies_with_goals_of_somebody_else() -> None:
     for bind in (BIND, STARTS_IDLE):
         yard = RosMiddle(bind)
