@@ -383,6 +383,19 @@ def test_a_goal_of_somebody_else_beside_one_of_ours_denies_everything() -> None:
     assert yard.take_goal(REACH)[:16] == id_of(4)
 
 
+def test_a_goal_that_waits_here_and_that_somebody_else_has_sent_is_a_stray() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.reach(2)
+    yard.show(REACH, (2, EXECUTING))
+    assert yard.alarms() == ["stray"] and yard.statuses("/reach") == {2: ABORTED}
+    yard.show(REACH, (2, EXECUTING))  # it is known here, as one that never ran
+    assert yard.gate.state.strays
+    yard.show(REACH, (2, CANCELED))
+    assert not yard.gate.state.strays
+
+
 def test_what_becomes_stray_before_the_start_delays_it() -> None:
     yard = RosMiddle()
     for name in (DRIVE, REACH):

@@ -299,8 +299,8 @@ class ActionProxy:
             self._strays.shown(self._foreign())
 
     def _foreign(self) -> list[bytes]:
-        """Return the ids of active goals in the server's status array that are not this gate's."""
-        return [id for id, status in self._shown.items() if status in cdr.ACTIVE and not self._goals.known(id)]
+        """Return the ids of active goals in the server's status array that this gate has not sent."""
+        return [id for id, status in self._shown.items() if status in cdr.ACTIVE and not self._goals.launched(id)]
 
     # ---- whether the server is there ----
 

@@ -75,6 +75,11 @@ class ActionGoals:
         """Return whether a goal with this id is open, or ended and still kept."""
         return id in self._open or id in self._ended
 
+    def launched(self, id: bytes) -> bool:
+        """Return whether a goal with this id, open or ended and still kept, was sent to the server."""
+        goal = self._open.get(id) or self._ended.get(id)
+        return goal is not None and goal.slot is not None
+
     def add(self, goal: ActionGoal) -> None:
         """Add an open goal."""
         self._open[goal.id] = goal
