@@ -83,6 +83,22 @@ def test_a_call_whose_server_dies_is_answered() -> None:
     assert answers(yard) == [(1, {"success": False, "message": "refused by unavailable: its module is not there"})]
 
 
+def test_an_answer_that_comes_after_the_network_was_cut_says_that_the_call_has_ended() -> None:
+    yard = RosMiddle().ready()
+    yard.client("/halt", "call", b"\5")
+    (asked,) = yard.got("inner", HALT, "call")
+    answer = yard.types.write(RESPONSE, [(("success",), True)])
+    yard.proxy.servers("service", HALT, frozenset())
+    yard.serve(HALT, "call", asked[0], answer)  # of a server that is not there, nothing is believed
+    yard.proxy.servers("service", HALT, frozenset({"server"}))
+    assert yard.gate.state.slots["base.halt", 0].lost
+    yard.serve(HALT, "call", asked[0], answer)
+    assert not yard.gate.state.slots and len(answers(yard)) == 1
+    yard.client("/halt", "call", b"\5")
+    halted(yard, True)
+    assert answers(yard)[-1][1]["success"]
+
+
 def test_a_topic_is_a_poster() -> None:
     yard = RosMiddle().ready()
 

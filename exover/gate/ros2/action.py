@@ -309,6 +309,7 @@ class ActionProxy:
         self._servers.become(found, self._gone, self._came)
 
     def _gone(self) -> None:
+        self._outside.own.forget(self.inner)
         self._strays.gone()
         self._earlier, self._shown = self._shown, {}
 

@@ -109,7 +109,6 @@ class Servers:
         """
         before, self._there = self._there, found
         if before and not before & found:
-            self._outside.own.forget(self._inner)
             gone()
             self._outside.gate.tell(ModuleGone(self._requests))
         if found and not before & found:

@@ -63,7 +63,9 @@ class ServiceProxy:
             self._gate.call(call, found.request, found.args)
 
     def from_server(self, part: PortPart, data: bytes, peer: int) -> None:
-        """Take a reply of the server."""
+        """Take a reply of the server, which may have been cut off since it was asked."""
+        if not self._servers:
+            return
         about = self._outside.own.answered(Port("inner", self.inner, "call"), data)
         if not isinstance(about, tuple):
             return
@@ -156,6 +158,8 @@ class ServiceProxy:
         self._servers.become(found, lambda: None, self._came)
 
     def _came(self, seen: bool) -> None:
+        if not seen:
+            self._outside.own.forget(self.inner)
         for slot in sorted(self._gate.state.unsaid):
             known = slot[0] in self.requests and self._bounds[slot[0]].starts_idle
             if known and not (seen and slot in self._gate.state.slots):
