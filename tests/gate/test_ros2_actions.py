@@ -611,6 +611,30 @@ def test_two_servers_of_one_name_are_told() -> None:
     assert not yard.alarms()
 
 
+@pytest.mark.parametrize("bind", ["ask", "idle"])
+def test_a_server_that_is_started_anew_before_its_lease_has_ended(bind: str) -> None:
+    yard = RosMiddle(BIND if bind == "ask" else STARTS_IDLE)
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    for name in (DRIVE, REACH):
+        yard.come(name)
+        ((data, _),) = yard.got("inner", name, "cancel_goal")
+        yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.come(DRIVE, "server", "new")
+    assert not yard.alarms() and not yard.got("inner", DRIVE, "cancel_goal")
+    yard.show(DRIVE, (66, CANCELING))  # of the new one: it is in no answer
+    yard.got("inner", DRIVE, "cancel_goal")
+    yard.come(DRIVE, "new")
+    assert yard.alarms() == ["stray", "module-gone"]
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    assert not yard.gate.state.slots and yard.gate.state.strays
+    yard.show(DRIVE, (66, CANCELED))
+    yard.drive(2)
+    assert yard.take_goal(DRIVE)[:16] == id_of(2)
+
+
 def test_the_status_array_ends_with_the_last_ten_and_results_are_kept_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(goals, "KEPT", 30)
     yard = RosMiddle().ready()

@@ -138,6 +138,7 @@ class ActionProxy:
             return
         goal.slot, goal.phase = slot, "sent"
         self._slots[slot] = goal
+        self._servers.used()
         self._to_server("send_goal", goal.body, goal)
 
     def _own_goal(self, slot: SlotId, args: Args) -> ActionGoal | None:
@@ -308,10 +309,11 @@ class ActionProxy:
         """Take the keys of the processes that serve this action now."""
         self._servers.become(found, self._gone, self._came)
 
-    def _gone(self) -> None:
+    def _gone(self, all_: bool) -> None:
         self._outside.own.forget(self.inner)
-        self._strays.gone()
-        self._earlier, self._shown = self._shown, {}
+        if all_:
+            self._strays.gone()
+            self._earlier, self._shown = self._shown, {}
 
     def _came(self, seen: bool) -> None:
         if seen and self._earlier:

@@ -96,27 +96,31 @@ class Servers:
         self._requests = requests
         self._call = call
         self._there: frozenset[str] = frozenset()
-        self._seen: set[str] = set()
+        self._used: set[str] = set()
 
     def __bool__(self) -> bool:
         return bool(self._there)
 
-    def become(self, found: frozenset[str], gone: Callable[[], None], came: Callable[[bool], None]) -> None:
+    def become(self, found: frozenset[str], gone: Callable[[bool], None], came: Callable[[bool], None]) -> None:
         """Take the keys of the processes that serve it now.
 
-        If none of the previous ones is left, `gone` is called, and the gate is told. If all of them are new, `came` is
-        called, with whether one of them has served it earlier.
+        If one of the previous ones has left, `gone` is called, with whether all have, and the gate is told: what ran
+        may have run there. Then, and if there were none before, `came` is called if there are some, with whether one of
+        them may run what was sent.
         """
         before, self._there = self._there, found
-        if before and not before & found:
-            gone()
+        if before - found:
+            gone(not before & found)
             self._outside.gate.tell(ModuleGone(self._requests))
-        if found and not before & found:
-            came(bool(found & self._seen))
+        if found and (before - found or not before):
+            came(bool(found & self._used))
         if len(found) > 1 and len(before) < 2:
             told = f"{len(found)} servers have the name {self._inner}: each {self._call} may run in all of them"
             self._outside.tell(told)
-        self._seen |= found
+
+    def used(self) -> None:
+        """Note that something that runs was sent to the processes that are there."""
+        self._used |= self._there
 
 
 def bound_to(binding: Binding, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:

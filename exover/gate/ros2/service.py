@@ -108,6 +108,7 @@ class ServiceProxy:
         self._round += 1
         self._asked[slot] = self._round
         self._watching.forget(slot)
+        self._servers.used()
         port = Port("inner", self.inner, "call")
         self._outside.send(port, cdr.service(self._outside.own.header(port, (slot, self._round)), body), 0)
 
@@ -155,7 +156,7 @@ class ServiceProxy:
 
     def servers(self, found: frozenset[str]) -> None:
         """Take the keys of the processes that serve this service now."""
-        self._servers.become(found, lambda: None, self._came)
+        self._servers.become(found, lambda _: None, self._came)
 
     def _came(self, seen: bool) -> None:
         if not seen:
