@@ -97,7 +97,7 @@ class GateMachine:
             case Cancelled(call):
                 return _abort(state, state.where(call))
             case GivenUp(request):
-                return AbortWaiting(request) if request in state.places else None
+                return AbortWaiting(request) if request in state.places else _unsent(state, request)
             case Reported(report):
                 return report if (report.request, report.slot) in state.slots else None
             case Observed(observe):
@@ -184,7 +184,10 @@ class _Step:
                 self._late()
             case Observed(observe):
                 self._observed(observe, event)
-            case Cancelled() | ClientGone() | GivenUp():
+            case GivenUp():
+                if isinstance(event, Report):
+                    self._end((event.request, event.slot), event, event)
+            case Cancelled() | ClientGone():
                 pass
             case _:
                 assert_never(outer)
@@ -278,10 +281,14 @@ class _Step:
 
     def _forward(self, slot: SlotId, args: Args, call: CallId | None) -> None:
         away = slot[0] in self._get("away")
+        astray = call is not None and bool(self._get("strays"))
+        lost = away or astray
         answer = self._times(slot[0]).answer
-        due = None if answer is None or away else self._now + answer
-        self._slots()[slot] = Held(None if away else call, args, "running", away, due)
-        if away:
+        due = None if answer is None or lost else self._now + answer
+        self._slots()[slot] = Held(None if lost else call, args, "running", lost, due)
+        if call and astray:
+            self._refuse(call, "stray", ASTRAY)
+        elif away:
             self._alarm("module-gone", slot, "it is launched, and its module is not there")
             if call:
                 self._refuse(call, "unavailable", AWAY)
@@ -340,6 +347,12 @@ def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
     if isinstance(where, str):
         return AbortWaiting(where)
     return Abort(*where) if where and state.slots[where].phase == "running" else None
+
+
+def _unsent(state: GateState, request: str) -> Event | None:
+    """Return the end of what was launched as another was given up, and not sent, since something is stray."""
+    lost = (slot for slot, held in state.slots.items() if held.lost and slot not in state.unsaid)
+    return next((Report(*slot, "interrupted") for slot in lost if slot[0] == request), None)
 
 
 def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | None] | None:

@@ -200,6 +200,23 @@ def test_what_waits_is_refused_once_something_is_stray() -> None:
     assert ended == (Finish(CallId("a", 1), MOVE, "failed"),)
 
 
+def test_what_waits_for_another_that_waits_is_not_launched_once_something_is_stray() -> None:
+    text = """spec waits;
+    module base { request move(); request stand(); }
+    module arm {
+        request reach() { wait until not running(base.move); }
+        request wave() { wait until not waiting(arm.reach); }
+    }
+    """
+    gate = started(model_of(text))
+    ask(gate, 1, "base.move")
+    ask(gate, 2, "arm.reach")
+    ask(gate, 3, "arm.wave")
+    _, _, first, second, _ = gate.tell(SlotSaid(("base.stand", 0), True), 0)
+    assert first == Refuse(CallId("a", 2), "stray", ASTRAY) and second == Refuse(CallId("a", 3), "stray", ASTRAY)
+    assert not gate.state.places and gate.state.slots.keys() == {MOVE}
+
+
 def test_what_is_read_before_the_start_requires_nothing_until_then() -> None:
     gate = Compared(model_of(SPEC + "poster tired: bool = false; launch rest: base.stop() when tired;"))
     slots = sorted(gate.machine.every_slot)
