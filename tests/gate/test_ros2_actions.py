@@ -547,6 +547,53 @@ def test_a_server_whose_start_stops_everything(again: bool) -> None:
     assert yard.take_goal(DRIVE)[:16] == id_of(2)
 
 
+def test_what_was_to_stop_when_the_network_was_cut_is_cancelled_again() -> None:
+    yard = RosMiddle(STARTS_IDLE)
+    for name in (DRIVE, REACH):
+        yard.come(name)
+        meet(yard, name)
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.cancel("/drive", 1)
+    yard.leave(DRIVE)
+    yard.come(DRIVE)
+    meet(yard, DRIVE)
+    assert [data[20:36] for data, _ in yard.got("inner", DRIVE, "cancel_goal")] == [id_of(1)]
+    yard.end(DRIVE, CANCELED)
+    assert not yard.gate.state.slots and not yard.alarms()[1:]
+
+
+def test_what_has_survived_a_cut_is_cancelled_when_it_has_to_stop() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.leave(DRIVE)
+    yard.come(DRIVE)
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_REJECTED, ()))
+    yard.drive(2)  # it kills the first
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    assert data[20:36] == id_of(1)
+    yard.end(DRIVE, CANCELED)
+    assert yard.take_goal(DRIVE)[:16] == id_of(2)
+
+
+def test_what_is_stray_when_the_network_comes_back_is_cancelled_again() -> None:
+    yard = RosMiddle(STARTS_IDLE)
+    for name in (DRIVE, REACH):
+        yard.come(name)
+        meet(yard, name)
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard.show(DRIVE, (66, EXECUTING))
+    yard.got("inner", DRIVE, "cancel_goal")
+    yard.leave(DRIVE)
+    yard.come(DRIVE)
+    yard.show(DRIVE, (66, EXECUTING))
+    asked = [data[20:36] for data, _ in yard.got("inner", DRIVE, "cancel_goal")]
+    assert id_of(66) in asked and yard.alarms() == ["stray"]
+
+
 def test_a_server_that_starts_idle_gets_nothing_before_it_has_answered() -> None:
     yard = RosMiddle(STARTS_IDLE)
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))

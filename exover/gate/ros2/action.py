@@ -190,8 +190,9 @@ class ActionProxy:
             self._strays.stop(slot)
             return
         goal.stop = True
-        if goal.phase == "running":
+        if goal.phase in ("running", "ended"):  # its client was told an end when the server was lost
             self._to_server("cancel_goal", cdr.cancel_request(goal.id), goal)
+        if goal.phase == "running":
             goal.status = cdr.CANCELING
             self._publish()
 

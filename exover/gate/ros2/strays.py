@@ -103,6 +103,8 @@ class Strays:
         again = self._slots if self._before else {}
         for slot in self._mine(self._outside.gate.state.unsaid & again.keys()):
             self._to_server("get_result", again[slot].id, again[slot])
+            if again[slot].stop:
+                self._to_server("cancel_goal", cdr.cancel_request(again[slot].id), again[slot])
         self._idle({*self._shown.values(), *again})
 
     def _idle(self, kept: Collection[SlotId | None]) -> None:
@@ -128,7 +130,10 @@ class Strays:
         for id in self._listed - self._shown.keys():
             if self._asked_about is None:
                 slot = self._shown[id] = self._free()
+                again = slot in self._outside.gate.state.strays
                 self._outside.gate.tell(SlotSaid(slot, True))
+                if again:
+                    self.stop(slot)
         for id in self._shown.keys() - self._listed:
             self._outside.gate.tell(SlotSaid(self._shown.pop(id), False))
 
