@@ -637,6 +637,22 @@ def test_a_server_that_answers_twice_is_asked_for_results_once() -> None:
     assert len(yard.got("inner", DRIVE, "get_result")) == 1
 
 
+def test_answers_that_never_come_are_not_awaited_without_end() -> None:
+    yard = RosMiddle(STARTS_IDLE)
+    yard.come(REACH)
+    for _ in range(100):
+        yard.now += 0.5
+        yard.proxy.tick()
+    assert len({data for data, _ in yard.got("inner", REACH, "cancel_goal")}) == 1
+    yard = RosMiddle().ready()
+    for number in range(1, 10):
+        yard.drive(number)
+        yard.take_goal(DRIVE)
+        yard.cancel("/drive", number)  # the server does not answer this
+        yard.end(DRIVE, CANCELED)
+    assert not yard.proxy._outside.own._open
+
+
 def test_a_client_that_dies_while_it_waits_and_one_that_dies_while_it_runs() -> None:
     yard = RosMiddle().ready()
     yard.drive(1, peer=1)

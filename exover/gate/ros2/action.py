@@ -199,6 +199,7 @@ class ActionProxy:
     def finish(self, slot: SlotId, call: CallId | None, outcome: Ending) -> None:
         """End the goal in a slot that has ended, with the server's result if there is one, else with zeros."""
         goal = self._slots.pop(slot, None)
+        self._outside.own.close(goal)
         if goal is None or goal.phase == "ended":
             return
         if goal.header is not None or goal.status == cdr.UNKNOWN:

@@ -46,9 +46,13 @@ class OwnRequests:
         self._open: dict[int, tuple[Port, Any]] = {}
 
     def header(self, port: Port, about: Any) -> bytes:
-        """Return the 16 bytes of header of a new request on a port; `answered` gives `about` back for its reply."""
-        number = next(self._numbers)
-        self._open[number] = port, about
+        """Return the 16 bytes of header of a request on a port; `answered` gives `about` back for its reply.
+
+        A request that is repeated, since no reply has come, has the header that it had: one reply is taken.
+        """
+        request = port, about
+        number = next((number for number, each in self._open.items() if each == request), None) or next(self._numbers)
+        self._open[number] = request
         return self._mark + number.to_bytes(8, "little")
 
     def answered(self, port: Port, data: bytes) -> Any:
@@ -58,6 +62,10 @@ class OwnRequests:
         if header[:8] != self._mark or self._open.get(number, (None,))[0] != port:
             return None
         return self._open.pop(number)[1]
+
+    def close(self, about: object) -> None:
+        """Forget the open requests about something that has ended."""
+        self._open = {number: each for number, each in self._open.items() if each[1] is not about}
 
     def forget(self, name: str) -> None:
         """Forget the open requests to the server of this inner name."""
