@@ -409,6 +409,29 @@ def test_what_becomes_stray_before_the_start_delays_it() -> None:
     assert yard.gate.state.started and not yard.gate.state.strays
 
 
+def test_the_end_of_what_is_stray_is_no_answer_of_its_server() -> None:
+    yard = RosMiddle().ready()
+    yard.leave(DRIVE)
+    yard.come(DRIVE, "another")
+    yard.show(DRIVE, (66, CANCELING))
+    yard.show(DRIVE, (66, CANCELED))
+    assert yard.gate.state.away and yard.accepted("/drive", yard.drive(1)) is False
+    data, _ = yard.got("inner", DRIVE, "cancel_goal")[0]
+    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    assert not yard.gate.state.strays
+    yard.drive(2)
+    assert yard.take_goal(DRIVE)[:16] == id_of(2)
+    yard = RosMiddle()
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard.come(REACH)
+    data, _ = yard.got("inner", REACH, "cancel_goal")[0]
+    yard.serve(REACH, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.come(DRIVE)
+    yard.show(DRIVE, (66, CANCELING))
+    yard.show(DRIVE, (66, CANCELED))
+    assert not yard.gate.state.started  # what it answers may still be lost
+
+
 def test_a_server_that_dies_with_goals_of_somebody_else() -> None:
     for bind in (BIND, STARTS_IDLE):
         yard = RosMiddle(bind)

@@ -135,7 +135,9 @@ class Strays:
                 if again:
                     self.stop(slot)
         for id in self._shown.keys() - self._listed:
-            self._outside.gate.tell(SlotSaid(self._shown.pop(id), False))
+            slot = self._shown.pop(id)
+            if self.due == math.inf:  # else the answer to the question tells it
+                self._outside.gate.tell(SlotSaid(slot, False))
 
     def stop(self, slot: SlotId) -> None:
         """Cancel the stray goal of the status array in a slot; the question itself cancels what it is about."""
