@@ -500,6 +500,22 @@ def test_a_cut_does_not_end_what_the_status_array_has_shown(again: bool) -> None
     assert not yard.gate.state.strays
 
 
+def test_a_goal_that_is_unknown_after_a_cut_and_begins_all_the_same_is_a_stray() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.reach(2)
+    yard.end(DRIVE, SUCCEEDED)  # the second has waited, and is sent
+    yard.leave(REACH)
+    yard.come(REACH)
+    ((data, _),) = yard.got("inner", REACH, "cancel_goal")
+    yard.serve(REACH, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.end(REACH, cdr.UNKNOWN)
+    assert not yard.gate.state.slots
+    yard.show(REACH, (2, EXECUTING))  # it took the goal behind the questions
+    assert yard.alarms()[-1] == "stray" and yard.gate.state.strays
+
+
 def test_a_goal_that_is_cancelled_during_a_cut_is_active_until_its_result_comes() -> None:
     yard = RosMiddle().ready()
     yard.drive(1)

@@ -264,6 +264,7 @@ class ActionProxy:
         else:
             self._gate.tell(Alarm("unknown-status", *slot, f"its goal has ended with the status {status}"))
             self._gate.report(slot, {"outcome": "failed"})
+            goal.slot = None  # should it begin later, it is stray
 
     def _read_result(self, body: bytes) -> object:
         return self._outside.codec.read(f"{self._type}_GetResult_Response", body)["result"]
