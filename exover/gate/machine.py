@@ -239,10 +239,10 @@ class _Step:
         self._heard(slot)
 
     def _heard(self, slot: SlotId) -> None:
-        """Note that a module, which thus is there, has said whether a slot of it runs."""
-        if slot in self._state.unsaid:
-            self._changes["unsaid"] = self._state.unsaid - {slot}
-            self._changes["away"] = self._state.away - {slot[0]}
+        """Note that a slot was launched, or that its module has said whether it runs: the module is there."""
+        if slot in self._get("unsaid"):
+            self._changes["unsaid"] = self._get("unsaid") - {slot}
+            self._changes["away"] = self._get("away") - {slot[0]}
             self._changes["started"] = self._state.started or not self._changes["unsaid"]
 
     def _late(self) -> None:
@@ -293,6 +293,7 @@ class _Step:
             if call:
                 self._refuse(call, "unavailable", AWAY)
         else:
+            self._heard(slot)
             self._effects.append(Forward(call, slot, args))
 
     def _hold(self, name: str, rule: str, because: str | None, launch_rule: str | None) -> None:

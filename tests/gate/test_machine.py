@@ -151,6 +151,14 @@ def test_a_module_that_says_of_one_slot_what_runs_is_there() -> None:
     assert Forward(None, first, ()) in gate.tell(SlotSaid(first, False), 0)
     assert not gate.state.slots[first].lost and gate.state.away == {"arm.reach"}
     assert gate.tell(SlotSaid(second, False), 0) == ()
+    gate.tell(ModuleGone(frozenset({"arm.grip", "arm.reach"})), 0)
+    gate.tell(Observed(Observe("low", False)), 0)
+    gate.tell(SlotSaid(second, False), 0)
+    gate.tell(SlotSaid(first, False), 0)
+    gate.tell(ModuleGone(frozenset({"arm.grip"})), 0)
+    gate.tell(SlotSaid(second, False), 0)
+    assert gate.tell(Observed(Observe("low", True)), 0) == (Forward(None, first, ()),)
+    assert first not in gate.state.unsaid  # its module will not say that it was idle
 
 
 def test_a_report_of_what_was_lost_says_that_it_does_not_run() -> None:

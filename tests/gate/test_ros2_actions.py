@@ -226,6 +226,19 @@ def test_a_result_that_is_lost_is_asked_for_again_until_it_comes() -> None:
     assert not yard.gate.state.slots and yard.proxy.due > 11.5
 
 
+def test_a_new_server_is_not_asked_for_a_result_before_it_has_answered() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.show(DRIVE, (1, SUCCEEDED))
+    yard.leave(DRIVE)
+    yard.come(DRIVE, "another")
+    yard.got("inner", DRIVE, "get_result")
+    yard.now = 0.5
+    yard.proxy.tick()
+    assert not yard.got("inner", DRIVE, "get_result") and yard.got("inner", DRIVE, "cancel_goal")
+
+
 def test_a_goal_with_an_id_that_the_server_has_shown_is_refused() -> None:
     yard = RosMiddle().ready()
     yard.show(DRIVE, (1, SUCCEEDED))

@@ -314,6 +314,8 @@ class ActionProxy:
 
     def _gone(self, all_: bool) -> None:
         self._outside.own.forget(self.inner)
+        for goal in self._slots.values():
+            goal.again = math.inf
         if all_:
             self._strays.gone()
             self._earlier, self._shown = self._shown, {}
