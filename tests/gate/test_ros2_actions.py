@@ -506,7 +506,7 @@ def test_a_cut_does_not_end_what_the_status_array_has_shown(again: bool) -> None
     yard.leave(DRIVE)
     yard.got("inner", DRIVE, "cancel_goal")
     yard.come(DRIVE, *(["server"] if again else ["a new process"]))
-    data, _ = yard.got("inner", DRIVE, "cancel_goal")[0]
+    *_, (data, _) = yard.got("inner", DRIVE, "cancel_goal")  # of all: a stray that is known is cancelled before
     yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))  # the array comes behind it
     assert bool(yard.gate.state.strays) is again
     yard.show(DRIVE, (66, CANCELED))

@@ -320,10 +320,10 @@ class ActionProxy:
             self._strays.gone()
             self._earlier, self._shown = self._shown, {}
 
-    def _came(self, seen: bool) -> None:
-        if seen and self._earlier:
+    def _came(self, used: bool) -> None:
+        if self._servers.again and self._earlier:
             self._shown = self._earlier
-        self._strays.came(self._foreign(), seen)
+        self._strays.came(self._foreign(), used)
 
     @property
     def due(self) -> float:

@@ -105,6 +105,9 @@ class Servers:
         self._call = call
         self._there: frozenset[str] = frozenset()
         self._used: set[str] = set()
+        self._known: set[str] = set()
+        self.again = False
+        """Whether one of the processes that came last has served it before."""
 
     def __bool__(self) -> bool:
         return bool(self._there)
@@ -120,6 +123,8 @@ class Servers:
         if before - found:
             gone(not before & found)
             self._outside.gate.tell(ModuleGone(self._requests))
+        self.again = not self._known.isdisjoint(found)
+        self._known |= found
         if found and (before - found or not before):
             came(bool(found & self._used))
         if len(found) > 1 and len(before) < 2:
