@@ -13,8 +13,10 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra exover[ros2] is not installed")
 pytest.importorskip("rosbags", reason="the extra exover[ros2] is not installed")
 
+from exover.gate.ros2 import session
+from exover.gate.ros2.endpoints import KEPT
 from exover.gate.ros2.names import Port
-from exover.gate.ros2.session import topics_first
+from exover.gate.ros2.session import Served, topics_first
 from tests.gate import ros_peers as ros
 from tests.gate.ros_peers import ABORTED, CANCELED, DRIVE, EXECUTING, REACH, SUCCEEDED, Client, Node, Server
 from tests.gate.yard import BIND, INTERFACES, SPEC
@@ -283,3 +285,19 @@ def test_what_a_topic_holds_is_taken_before_a_reply() -> None:
     reply, canceled, goal, topic = (Port("inner", "/a", p) for p in ("call", "cancel_goal", "status", "message"))
     found = topics_first([(reply, 1), (canceled, 2), (goal, 3), (topic, 4)])
     assert found == [(topic, 4), (goal, 3), (reply, 1), (canceled, 2)]
+
+
+def test_of_replies_for_a_client_without_a_reader_the_last_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session, "PATIENCE", 1000.0)
+    written: list[bytes] = []
+    entity = SimpleNamespace(get_matched_publication_data=lambda _: None)
+    requests: Any = SimpleNamespace(entity=entity, handles=lambda: {7})
+    replies: Any = SimpleNamespace(write=written.append, readers=lambda: ())
+    served = Served(requests, replies)
+    for number in range(KEPT + 2):
+        served.answer(number.to_bytes(2, "little"), 7)
+    served.catch_up()
+    assert not written and len(served.late) == KEPT
+    served.ready.add(7)
+    served.catch_up()
+    assert [int.from_bytes(data, "little") for data in written] == [*range(2, KEPT + 2)] and not served.late

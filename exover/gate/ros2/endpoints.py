@@ -36,7 +36,9 @@ REQUESTS = Qos(
     Policy.ResourceLimits(max_samples=10_000, max_instances=-1, max_samples_per_instance=-1),
 )
 """Readers keep each sample until it is taken; when the limit is reached, writers have to wait (back-pressure)."""
-REPLIES = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(1000))
+KEPT = 1000
+"""How many replies are kept for clients that do not read them."""
+REPLIES = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(KEPT))
 """Writers keep only the last replies, so that a client that does not read blocks nobody."""
 FEEDBACK = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(100))
 LATCHED = Qos(_XCDR1, _RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))

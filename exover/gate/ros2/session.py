@@ -1,5 +1,6 @@
 """Runs a ROS 2 gate on DDS: opens a reader or writer for each port, and runs the loop; needs `cyclonedds`."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field
 from functools import partial
@@ -14,7 +15,7 @@ from exover.dataclass import dataclass
 from exover.gate.binding import Binding, BindingKind
 from exover.gate.ros2 import endpoints as dds
 from exover.gate.ros2.cdr import topic as message
-from exover.gate.ros2.endpoints import TopicReader, TopicWriter, Waiting, key_of
+from exover.gate.ros2.endpoints import KEPT, TopicReader, TopicWriter, Waiting, key_of
 from exover.gate.ros2.idl import SampleTypes
 from exover.gate.ros2.interfaces import CANCEL, Interfaces
 from exover.gate.ros2.names import SERVICES, Port, PortPart, Side, absolute, message_topic, reply_topic, request_topic
@@ -38,8 +39,8 @@ class Served:
     replies: TopicWriter
     ready: set[int] = field(default_factory=set)
     clients: set[int] = field(default_factory=set)
-    late: list[tuple[float, int, bytes]] = field(default_factory=list)
-    """Replies whose reader is not discovered yet: until when they wait, the client, the message."""
+    late: deque[tuple[float, int, bytes]] = field(default_factory=lambda: deque(maxlen=KEPT))
+    """The last replies whose reader is not discovered yet: until when they wait, the client, the message."""
 
     def answer(self, data: bytes, peer: int) -> None:
         """Send a client a reply, now or as soon as its reader is discovered. Raises `DDSException`."""
@@ -57,8 +58,8 @@ class Served:
 
     def catch_up(self) -> None:
         """Send waiting replies whose reader was discovered; drop those that waited too long, or for a gone client."""
-        waiting, self.late = self.late, []
-        for until, peer, data in waiting:
+        for _ in range(len(self.late)):
+            until, peer, data = self.late.popleft()
             if peer in self.ready or self._known(peer):
                 self.replies.write(data)
             elif until > monotonic() and peer in self.requests.handles():
