@@ -27,9 +27,9 @@ from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Real, Value, ordinal
 from exover.model.wire import Json
-from exover.model.wire_reading import MAX_LINE, NoBool
+from exover.model.wire_reading import MAX_LINE
 from exover.run.codec import Codec
-from exover.run.records import NO_NUMBER, RecordCodec, name_of
+from exover.run.records import NO_NUMBER, RecordCodec, bool_of, name_of
 
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
@@ -301,5 +301,5 @@ def _value(described: Json, data: bytes) -> Any:
         return struct.unpack_from("<d", data)[0]
     number: int = struct.unpack_from("<q", data)[0]
     if described["type"] == "bool":
-        return bool(number) if number in (0, 1) else NoBool(number)
+        return bool_of(number)
     return name_of(described["values"], number) if described["type"] == "enum" else number

@@ -177,11 +177,16 @@ def _value(kind: Type, data: bytes) -> Any:
     number = _unpacked(kind, data)
     match kind:
         case Bool():
-            return bool(number) if number in (0, 1) else NoBool(number)
+            return bool_of(int(number))
         case Enum(values):
             return name_of(values, int(number))
         case _:
             return number
+
+
+def bool_of(number: int) -> bool | NoBool:
+    """Return the bool that a record has as this number; `NoBool` if it has none."""
+    return bool(number) if number in (0, 1) else NoBool(number)
 
 
 def name_of(names: Sequence[str], number: int) -> str:
