@@ -131,8 +131,7 @@ def _property(broken: BrokenFinding) -> str:
             missed = _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
             parts += missed or kept_from_truth(broken, state, goals(prop.formula))
     else:
-        parts += map(str, _decided(broken.model, prop.formula))
-        parts += never_launched(broken, (name for names in requests_named(prop.formula) for name in names))
+        parts += _without_run(broken, prop.formula)
     return "; ".join(parts)
 
 
@@ -140,8 +139,13 @@ def _vacuity(broken: BrokenFinding) -> str:
     """Return that the premise is never true, with the causes that the model tells without a run."""
     premise = named(broken.properties, broken.finding.subject).premise
     assert premise is not None, "only properties with a premise are asked about"
-    parts = [broken.finding.message, *map(str, _decided(broken.model, premise))]
-    return "; ".join(parts + never_launched(broken, (name for names in requests_named(premise) for name in names)))
+    return "; ".join([broken.finding.message, *_without_run(broken, premise)])
+
+
+def _without_run(broken: BrokenFinding, formula: Formula) -> list[str]:
+    """Return what the model tells of a formula without a run: comparisons that are fixed, requests never launched."""
+    fixed = map(str, _decided(broken.model, formula))
+    return [*fixed, *never_launched(broken, (name for names in requests_named(formula) for name in names))]
 
 
 def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:
