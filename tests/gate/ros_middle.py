@@ -64,13 +64,13 @@ class RosMiddle:
             b"the gate",
         )
         self.proxy.start()
+        self.starts_idle = all(each.starts_idle for each in binding.requests if each.kind == "action")
 
     def ready(self) -> "RosMiddle":
         """Let all servers come, where nothing runs."""
         for name in ("/gated/drive", "/gated/reach"):
             self.come(name)
-            ((data, _),) = self.got("inner", name, "cancel_goal")
-            self.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+            self.meet(name)
         self.proxy.servers("service", "/gated/halt", frozenset({"server"}))
         assert self.gate.state.started
         return self
@@ -78,6 +78,14 @@ class RosMiddle:
     def come(self, name: str, *keys: str) -> None:
         """Let the server of an action be these processes."""
         self.proxy.servers("action", name, frozenset(keys or {"server"}))
+
+    def meet(self, name: str) -> None:
+        """Let a server that runs nothing answer the only question of the gate: to cancel all goals, or, if it starts
+        idle, one that nobody has.
+        """
+        ((data, _),) = self.got("inner", name, "cancel_goal")
+        assert (data[20:36] == cdr.NO_ID) is not self.starts_idle
+        self.serve(name, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_UNKNOWN if self.starts_idle else 0, ()))
 
     def leave(self, name: str) -> None:
         self.proxy.servers("action", name, frozenset())

@@ -333,8 +333,7 @@ def test_what_runs_at_the_start_is_stopped_before_anything_begins() -> None:
     assert yard.accepted("/drive", yard.drive(2)) is False
     yard.now = 1.0
     yard.proxy.tick()
-    ((data, _),) = yard.got("inner", REACH, "cancel_goal")
-    yard.serve(REACH, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.meet(REACH)
     yard.drive(3)
     assert yard.take_goal(DRIVE)[:16] == id_of(3) and yard.proxy.due > 1  # nobody is asked any more
     assert yard.rules() == ["stray", "stray"]
@@ -413,8 +412,7 @@ def test_what_becomes_stray_before_the_start_delays_it() -> None:
     yard = RosMiddle()
     for name in (DRIVE, REACH):
         yard.come(name)
-        ((data, _),) = yard.got("inner", name, "cancel_goal")
-        yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+        yard.meet(name)
     yard.show(DRIVE, (66, EXECUTING))
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
     assert yard.gate.state.strays == {("base.drive", 0)} and not yard.gate.state.started  # no launch rule uses the slot
@@ -478,8 +476,7 @@ def test_a_server_that_dies_leaves_its_slot_active_until_a_new_one_says_otherwis
     assert yard.accepted("/drive", yard.drive(2)) is False and yard.rules() == ["unavailable"]
     assert yard.accepted("/reach", yard.reach(3)) is True  # it waits: the base may be moving
     yard.come(DRIVE, "a new process")
-    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
-    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.meet(DRIVE)
     assert yard.take_goal(REACH)[:16] == id_of(3)
 
 
@@ -521,8 +518,7 @@ def test_a_goal_that_is_unknown_after_a_cut_and_begins_all_the_same_is_a_stray()
     yard.end(DRIVE, SUCCEEDED)  # the second has waited, and is sent
     yard.leave(REACH)
     yard.come(REACH)
-    ((data, _),) = yard.got("inner", REACH, "cancel_goal")
-    yard.serve(REACH, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.meet(REACH)
     yard.end(REACH, cdr.UNKNOWN)
     assert not yard.gate.state.slots
     yard.show(REACH, (2, EXECUTING))  # it took the goal behind the questions
@@ -567,27 +563,15 @@ def test_a_server_that_dies_before_it_answers() -> None:
 STARTS_IDLE = BIND.replace('spec = "yard"', 'spec = "yard"\nstart = "idle"')
 
 
-def meet(yard: RosMiddle, name: str) -> None:
-    """Let a server that starts idle answer what the gate asks first: a cancel of a goal that nobody has."""
-    data, _ = yard.got("inner", name, "cancel_goal")[-1]
-    assert data[20:36] != cdr.NO_ID
-    yard.serve(name, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_UNKNOWN, ()))
-
-
 @pytest.mark.parametrize("again", [True, False])
 def test_a_server_whose_start_stops_everything(again: bool) -> None:
-    yard = RosMiddle(STARTS_IDLE)
-    for name in (DRIVE, REACH):
-        yard.come(name)
-        meet(yard, name)
-    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
-    assert yard.gate.state.started
+    yard = RosMiddle(STARTS_IDLE).ready()
     yard.drive(1)
     yard.take_goal(DRIVE)
     yard.leave(DRIVE)
     yard.got("inner", DRIVE, "get_result")
     yard.come(DRIVE, *(["server"] if again else ["a new process"]))
-    meet(yard, DRIVE)
+    yard.meet(DRIVE)
     asked = yard.got("inner", DRIVE, "get_result")
     assert bool(asked) is again  # the same process may run it still
     assert bool(yard.gate.state.slots) is again
@@ -600,17 +584,14 @@ def test_a_server_whose_start_stops_everything(again: bool) -> None:
 
 
 def test_what_was_to_stop_when_the_network_was_cut_is_cancelled_again() -> None:
-    yard = RosMiddle(STARTS_IDLE)
-    for name in (DRIVE, REACH):
-        yard.come(name)
-        meet(yard, name)
-    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard = RosMiddle(STARTS_IDLE).ready()
     yard.drive(1)
     yard.take_goal(DRIVE)
     yard.cancel("/drive", 1)
+    assert len(yard.got("inner", DRIVE, "cancel_goal")) == 1
     yard.leave(DRIVE)
     yard.come(DRIVE)
-    meet(yard, DRIVE)
+    yard.meet(DRIVE)
     assert [data[20:36] for data, _ in yard.got("inner", DRIVE, "cancel_goal")] == [id_of(1)]
     yard.end(DRIVE, CANCELED)
     assert not yard.gate.state.slots and not yard.alarms()[1:]
@@ -632,11 +613,7 @@ def test_what_has_survived_a_cut_is_cancelled_when_it_has_to_stop() -> None:
 
 
 def test_what_is_stray_when_the_network_comes_back_is_cancelled_again() -> None:
-    yard = RosMiddle(STARTS_IDLE)
-    for name in (DRIVE, REACH):
-        yard.come(name)
-        meet(yard, name)
-    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard = RosMiddle(STARTS_IDLE).ready()
     yard.show(DRIVE, (66, EXECUTING))
     yard.got("inner", DRIVE, "cancel_goal")
     yard.leave(DRIVE)
@@ -650,7 +627,7 @@ def test_a_server_that_starts_idle_gets_nothing_before_it_has_answered() -> None
     yard = RosMiddle(STARTS_IDLE)
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
     yard.come(REACH)
-    meet(yard, REACH)
+    yard.meet(REACH)
     yard.come(DRIVE)
     assert yard.accepted("/drive", yard.drive(1)) is False and yard.rules() == ["starting"]
     yard.now = 0.4
@@ -674,7 +651,7 @@ def test_a_server_that_answers_twice_is_asked_for_results_once() -> None:
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
     for name in (REACH, DRIVE):
         yard.come(name)
-        meet(yard, name)
+        yard.meet(name)
     yard.drive(1)
     yard.take_goal(DRIVE)
     yard.leave(DRIVE)
@@ -732,8 +709,7 @@ def test_a_server_that_is_started_anew_before_its_lease_has_ended(bind: str) -> 
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
     for name in (DRIVE, REACH):
         yard.come(name)
-        ((data, _),) = yard.got("inner", name, "cancel_goal")
-        yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
+        yard.meet(name)
     yard.drive(1)
     yard.take_goal(DRIVE)
     yard.come(DRIVE, "server", "new")
@@ -742,8 +718,7 @@ def test_a_server_that_is_started_anew_before_its_lease_has_ended(bind: str) -> 
     yard.got("inner", DRIVE, "cancel_goal")
     yard.come(DRIVE, "new")
     assert yard.alarms() == ["stray", "module-gone"]
-    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
-    yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+    yard.meet(DRIVE)
     assert not yard.gate.state.slots and yard.gate.state.strays
     yard.show(DRIVE, (66, CANCELED))
     yard.drive(2)
