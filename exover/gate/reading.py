@@ -1,7 +1,6 @@
 """Reads `NAME.bind.toml`: returns a binding of a model, or mistakes with their places (docs/binding.md)."""
 
 from collections.abc import Iterator, Mapping
-from math import isinf
 from typing import Any, TypeVar
 
 from exover.diagnostics import Diagnostic, did_you_mean, quote
@@ -20,16 +19,15 @@ from exover.gate.binding import (
     StatusMeaning,
     Watch,
     key_of,
-    matches,
 )
-from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of, same
+from exover.gate.consistency import note_inconsistencies
+from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of
 from exover.gate.schema import MistakeList
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Type, Value
 from exover.model.waiting import may_wait
 from exover.model.wire_reading import domain
-from exover.model.wording import value_text
 from exover.source import Source
 from exover.toml import KeyPath, read_toml
 
@@ -63,15 +61,10 @@ class _Reader:
 
     def binding(self) -> Binding:
         """Return the binding, as far as the file has no mistakes, and note those of all tables together."""
-        requests = tuple(self._known_requests())
-        posters = tuple(self._known_posters())
-        self._ambiguous(requests)
-        self._launchable(requests)
-        self._makeable(requests)
-        self._writable(requests)
-        self._unread(posters)
+        requests, posters = tuple(self._known_requests()), tuple(self._known_posters())
         binding = Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
-        self._passed(binding)
+        named, read = (self._content.get(kind, {}).keys() for kind in ("request", "poster"))
+        note_inconsistencies(self._model, binding, named, read, self._mistakes)
         return binding
 
     # ---- [gate] ----
@@ -326,70 +319,6 @@ class _Reader:
                 self._mistakes.say("E702", f"nothing says where {quote(name)} is read", path, 'write watch = "…"')
             watch = self._named_watch((*path, "watch"), table.get("watch"))
             yield PosterBinding(name, watch or "", self._scaled(path, name, known[name], table))
-
-    # ---- of all together ----
-
-    def _ambiguous(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note requests that no call can mean, since each call that meets their `when` meets an earlier one too."""
-        for number, later in enumerate(requests):
-            for earlier in requests[:number]:
-                alike = (earlier.kind, earlier.outer) == (later.kind, later.outer) and later.outer
-                if alike and all(_demands(later, path, value) for path, value in earlier.when):
-                    message = f"{quote(later.request)} is never meant: {quote(earlier.request)} is, by the same calls"
-                    advice = "tell them apart by `when`, the one with more conditions first"
-                    self._mistakes.say("E705", message, ("request", later.request), advice)
-                    break
-
-    def _passed(self, binding: Binding) -> None:
-        """Note patterns of `pass` that would let clients call tools that only the gate may call."""
-        for number, pattern in enumerate(binding.gate.passed):
-            for tool in sorted(binding.below):
-                if matches(tool, pattern):
-                    message = f"{quote(pattern)} passes {quote(tool)}, by which the gate carries out or stops a request"
-                    advice = "name the tools that command nothing, or bind this one to a request"
-                    self._mistakes.say("E706", message, ("gate", "pass", number), advice)
-
-    def _launchable(self, requests: tuple[RequestBinding, ...]) -> None:
-        bound = {each.request for each in requests} | set(self._content.get("request", {}))
-        for launch in self._model.launches:
-            if launch.request not in bound:
-                message = f"the launch rule {quote(launch.name)} requires {quote(launch.request)}, which is not bound"
-                self._mistakes.say("E706", message, ("request",), f'write [request."{launch.request}"]')
-
-    def _makeable(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note requests of launch rules whose calls the gate cannot make, since two paths of them clash."""
-        launched = {launch.request for launch in self._model.launches}
-        for bound in requests:
-            clash = bound.clash if bound.request in launched else None
-            if clash:
-                first, second = (quote(".".join(path)) for path in clash)
-                message = f"a launch rule requires {quote(bound.request)}, whose call cannot have {first} and {second}"
-                advice = "let no argument, condition of `when` or constant stand at, or within, another"
-                self._mistakes.say("E706", message, ("request", bound.request), advice)
-
-    def _writable(self, requests: tuple[RequestBinding, ...]) -> None:
-        """Note arguments of launch rules that become infinite when they are scaled back."""
-        of = {each.request: each for each in requests}
-        for launch in self._model.launches:
-            fields = of[launch.request].arguments if launch.request in of else ()
-            for field, value in zip(fields, launch.args, strict=False):
-                outer = field.write(value)
-                if isinstance(outer, float) and isinf(outer):
-                    given = f"{quote(launch.name)} requires {quote(field.name)} = {value_text(value)}"
-                    message = f"{given}, which no number stands for in a call, scaled back"
-                    self._mistakes.say("E706", message, ("request", launch.request, "arguments", field.name))
-
-    def _unread(self, posters: tuple[PosterBinding, ...]) -> None:
-        read = {each.poster for each in posters} | set(self._content.get("poster", {}))
-        for _, variable in ModelIndex(self._model).posters:
-            if variable.name not in read:
-                message = f"nothing reads {quote(variable.name)}: it stays {value_text(variable.initial)}"
-                self._mistakes.say("E708", message, ("poster",), f'write [poster."{variable.name}"]', "warning")
-
-
-def _demands(bound: RequestBinding, path: FieldPath, value: Any) -> bool:
-    """Return whether `when` of a request wants this value at a path."""
-    return any(each == path and same(wanted, value) for each, wanted in bound.when)
 
 
 def _paths(table: Mapping[str, Any]) -> tuple[tuple[FieldPath, Any], ...]:
