@@ -20,6 +20,10 @@ from tests.gate.carts import binding_of, kept_in, model_of
 from tests.gate.yard import BIND, INTERFACES, SPEC
 
 TYPES = {"/drive": "yard_msgs/action/Drive", "/reach": "yard_msgs/action/Reach", "/halt": "yard_msgs/srv/Halt"}
+DRIVE, REACH = "/gated/drive", "/gated/reach"
+"""The actions as their servers have them."""
+STARTS_IDLE = BIND.replace('spec = "yard"', 'spec = "yard"\nstart = "idle"')
+"""A binding that says of each server that its start stops everything."""
 HEADERS = count(1)
 """Numbers of requests of clients."""
 
@@ -68,7 +72,7 @@ class RosMiddle:
 
     def ready(self) -> "RosMiddle":
         """Let all servers come, where nothing runs."""
-        for name in ("/gated/drive", "/gated/reach"):
+        for name in (DRIVE, REACH):
             self.come(name)
             self.meet(name)
         self.proxy.servers("service", "/gated/halt", frozenset({"server"}))
