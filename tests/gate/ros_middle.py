@@ -14,6 +14,7 @@ from exover.gate.ros2.files import finder
 from exover.gate.ros2.interfaces import Interfaces
 from exover.gate.ros2.names import Port, PortPart
 from exover.gate.ros2.proxy import Ros2Proxy
+from exover.gate.ros2.strays import AGAIN
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build, build
 from tests.gate.carts import binding_of, kept_in, model_of
@@ -74,6 +75,7 @@ class RosMiddle:
         """Let all servers come, where nothing runs."""
         for name in (DRIVE, REACH):
             self.come(name)
+            self.show(name)
             self.meet(name)
         self.proxy.servers("service", "/gated/halt", frozenset({"server"}))
         assert self.gate.state.started
@@ -90,6 +92,12 @@ class RosMiddle:
         ((data, _),) = self.got("inner", name, "cancel_goal")
         assert (data[20:36] == cdr.NO_ID) is not self.starts_idle
         self.serve(name, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_UNKNOWN if self.starts_idle else 0, ()))
+
+    def meet_again(self, name: str) -> None:
+        """Let a server that has shown no status array since it came, and runs nothing, answer a second time."""
+        self.now += AGAIN
+        self.proxy.tick()
+        self.meet(name)
 
     def leave(self, name: str) -> None:
         self.proxy.servers("action", name, frozenset())

@@ -30,6 +30,7 @@ def test_a_server_that_dies_with_goals_of_somebody_else() -> None:
         yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
         for name in (REACH, DRIVE):
             yard.come(name)
+            yard.show(name)
             data, _ = yard.got("inner", name, "cancel_goal")[-1]
             yard.serve(name, "cancel_goal", data, cdr.cancel_reply(0, ()))
         yard.show(DRIVE, (66, EXECUTING), (67, EXECUTING))
@@ -37,9 +38,10 @@ def test_a_server_that_dies_with_goals_of_somebody_else() -> None:
         assert yard.gate.state.strays == {("base.drive", 1), ("base.drive", 2)}
         yard.leave(DRIVE)
         assert len(yard.gate.state.strays) == 2
+        yard.got("inner", DRIVE, "cancel_goal")
         yard.come(DRIVE, "a new process")
-        data, _ = yard.got("inner", DRIVE, "cancel_goal")[-1]
-        yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))
+        yard.show(DRIVE)
+        yard.meet(DRIVE)
         assert not yard.gate.state.strays
         yard.drive(1)
         assert yard.take_goal(DRIVE)[:16] == id_of(1)
@@ -86,6 +88,8 @@ def test_a_cut_does_not_end_what_the_status_array_has_shown(again: bool) -> None
     yard.come(DRIVE, *(["server"] if again else ["a new process"]))
     *_, (data, _) = yard.got("inner", DRIVE, "cancel_goal")  # of all: a stray that is known is cancelled before
     yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(0, ()))  # the array comes behind it
+    assert yard.gate.state.strays
+    yard.meet_again(DRIVE)
     assert bool(yard.gate.state.strays) is again
     yard.show(DRIVE, (66, CANCELED))
     assert not yard.gate.state.strays
@@ -274,6 +278,7 @@ def test_a_server_that_is_started_anew_before_its_lease_has_ended(bind: str) -> 
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
     for name in (DRIVE, REACH):
         yard.come(name)
+        yard.show(name)
         yard.meet(name)
     yard.drive(1)
     yard.take_goal(DRIVE)
@@ -284,6 +289,8 @@ def test_a_server_that_is_started_anew_before_its_lease_has_ended(bind: str) -> 
     yard.come(DRIVE, "new")
     assert yard.alarms() == ["stray", "module-gone"]
     yard.meet(DRIVE)
+    if bind == "ask":
+        yard.meet_again(DRIVE)
     assert not yard.gate.state.slots and yard.gate.state.strays
     yard.show(DRIVE, (66, CANCELED))
     yard.drive(2)

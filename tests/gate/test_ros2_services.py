@@ -143,6 +143,7 @@ def test_a_launch_rule_makes_a_goal_of_the_gate() -> None:
     proxy.servers("action", DRIVE, frozenset({"server"}))
     question = sent.pop()[1]
     answer = cdr.service(question[4:20], cdr.cancel_reply(0, ()))
+    proxy.take(Port("inner", DRIVE, "status"), cdr.topic(cdr.statuses(())))
     proxy.take(Port("inner", DRIVE, "cancel_goal"), answer)
     level = known().write("yard_msgs/msg/Battery", [(("level",), 10.0)])
     proxy.take(Port("inner", "/battery", "message"), cdr.topic(level))

@@ -6,6 +6,7 @@ pytest.importorskip("rosbags", reason="the extra exover[ros2] is not installed")
 
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import ABORTED, CANCELED, CANCELING, EXECUTING, SUCCEEDED, Stamp
+from exover.gate.ros2.strays import AGAIN
 from tests.gate.ros_middle import DRIVE, REACH, RosMiddle, id_of
 
 
@@ -39,6 +40,43 @@ def test_what_runs_at_the_start_is_stopped_before_anything_begins() -> None:
     yard.drive(3)
     assert yard.take_goal(DRIVE)[:16] == id_of(3) and yard.proxy.due > 1  # nobody is asked any more
     assert yard.rules() == ["stray", "stray"]
+
+
+def starting() -> RosMiddle:
+    """Return a gate at its start: one server has answered that it cancels nothing, and not shown its status array."""
+    yard = RosMiddle()
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard.come(DRIVE)
+    yard.show(DRIVE)
+    yard.meet(DRIVE)
+    yard.come(REACH)
+    yard.meet(REACH)
+    return yard
+
+
+def test_a_stray_that_is_being_cancelled_is_seen_though_its_server_answers_before_it_shows_its_array() -> None:
+    yard = starting()
+    assert yard.accepted("/drive", yard.drive(1)) is False and yard.rules() == ["starting"]
+    yard.show(REACH, (50, CANCELING))
+    assert yard.got("inner", REACH, "cancel_goal")  # of the stray
+    yard.meet_again(REACH)
+    assert yard.accepted("/drive", yard.drive(2)) is False and yard.alarms() == ["stray"]
+    yard.show(REACH, (50, CANCELED))
+    yard.drive(3)
+    assert yard.take_goal(DRIVE)[:16] == id_of(3)
+
+
+def test_a_server_that_shows_no_array_is_believed_half_a_second_later() -> None:
+    yard = starting()
+    yard.now = AGAIN - 0.1
+    yard.proxy.tick()
+    assert not yard.got("inner", REACH, "cancel_goal") and not yard.gate.state.started
+    yard.now = 0.0
+    yard.meet_again(REACH)
+    assert yard.gate.state.started
+    yard.now += 60
+    yard.proxy.tick()
+    assert not yard.got("inner", REACH, "cancel_goal")
 
 
 def test_what_the_gate_has_had_cancelled_is_a_stray_until_it_has_ended() -> None:
@@ -114,6 +152,7 @@ def test_what_becomes_stray_before_the_start_delays_it() -> None:
     yard = RosMiddle()
     for name in (DRIVE, REACH):
         yard.come(name)
+        yard.show(name)
         yard.meet(name)
     yard.show(DRIVE, (66, EXECUTING))
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))

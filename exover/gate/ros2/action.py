@@ -300,7 +300,7 @@ class ActionProxy:
         if advanced:
             self._publish()
         if self._servers:
-            self._strays.shown(self._foreign())
+            self._strays.listed(self._foreign())
 
     def _foreign(self) -> list[bytes]:
         """Return the ids of active goals in the server's status array that this gate has not sent."""

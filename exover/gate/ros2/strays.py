@@ -47,6 +47,9 @@ class Strays:
         """The id of the goal that the server is asked to cancel; `NO_ID` means all."""
         self._before = False
         """Whether the process of the server has served before."""
+        self._array_due = math.inf
+        """Until when a status array may come that is older than an answer; infinite before the first answer, and past
+        once an array has come."""
         self.due = math.inf
         """When the server is asked again; infinite once it has answered that nothing stray runs."""
 
@@ -63,7 +66,7 @@ class Strays:
         """Ask a server that has come what runs; `active`: the stray goals in its status array; `before` iff its process
         has served before.
         """
-        self._before = before
+        self._before, self._array_due = before, math.inf
         self._question = self._outside.new_id() if self._starts_idle else cdr.NO_ID
         self.shown(active)
         self.ask()
@@ -78,13 +81,16 @@ class Strays:
     def answered(self, code: int, ids: Sequence[bytes]) -> None:
         """Take the answer to the question: the return code, and the ids of the goals that it cancels.
 
-        A goal that is being cancelled already is in no answer: the status array tells that it runs.
+        A goal that is being cancelled already is in no answer: the status array tells that it runs. The answer may come
+        before that array: until one has come, or `AGAIN` has passed, no answer says that nothing stray runs.
         """
         if self.due == math.inf:
             return
         if self._starts_idle:
             self._reached()
             return
+        now = self._outside.gate.clock()
+        self._array_due = min(self._array_due, now + AGAIN)
         lost = {goal.id: slot for slot, goal in self._slots.items()}
         for id, slot in lost.items():
             self._lost(slot, self._before or id in ids)
@@ -92,6 +98,9 @@ class Strays:
         if foreign or (code == cdr.CANCEL_REJECTED and not self._shown and not lost):
             self._asked_about = self._asked_about or self._free()
             self._outside.gate.tell(SlotSaid(self._asked_about, True))
+        elif now < self._array_due:
+            self.due = self._array_due
+            return
         else:
             self.due, self._asked_about = math.inf, None
             self.shown(self._listed)
@@ -123,6 +132,11 @@ class Strays:
         self._outside.gate.tell(SlotSaid(slot, active))
 
     # ---- the status array ----
+
+    def listed(self, ids: Iterable[bytes]) -> None:
+        """Take the ids of the stray goals that a status array which has come shows as active."""
+        self._array_due = -math.inf
+        self.shown(ids)
 
     def shown(self, ids: Iterable[bytes]) -> None:
         """Take the ids of the stray goals that the status array shows as active."""
