@@ -43,6 +43,8 @@ class Client:
     listens: bool = False
     ended: bool = False
     """Whether it has closed its sending side."""
+    deaf: bool = False
+    """Whether it has closed its receiving side, so that nothing more is sent to it."""
     overlong: bool = False
     """Whether the rest of the incoming line is skipped, since it is too long and was answered."""
     stalled: bool = False
@@ -85,10 +87,8 @@ class CheckerServer:
                 self._accept()
                 continue
             client: Client = key.data
-            if mask & selectors.EVENT_READ and client.number in self.clients:
-                self._read(client)
             if client.number in self.clients:
-                self._write(client)
+                self._exchange(client, bool(mask & selectors.EVENT_READ))
         if deaf:
             self._listen()
 
@@ -131,39 +131,61 @@ class CheckerServer:
         if why:
             self.tell(f"client {client.number} is let go: {why}")
         self.clients.pop(client.number, None)
+        client.going.clear()
         self._selector.unregister(client.socket)
         client.socket.close()
         self._listen()
 
+    def _exchange(self, client: Client, readable: bool) -> None:
+        """Answer what has arrived and send answers, until the client has to send or to read something.
+
+        Its connection is closed once it has ended and has all answers.
+        """
+        if readable:
+            self._read(client)
+        self._write(client)
+        all_taken = False
+        while not all_taken and len(client.going) <= ENOUGH:
+            all_taken = self._take(client)
+            self._write(client)
+        if client.number not in self.clients:
+            return
+        if client.ended and not client.going:
+            self._drop(client)
+        else:
+            self._watch(client)
+
     def _read(self, client: Client) -> None:
+        """Read some of what a client has sent; an error of the system comes behind all data, and so ends it."""
         try:
             data = client.socket.recv(_READ)
         except BlockingIOError:
             return
         except OSError:
-            self._drop(client)
-            return
+            data = b""
         client.coming += data
         client.ended = not data
+
+    def _take(self, client: Client) -> bool:
+        """Answer events that have arrived, until too many answers wait for the client; return whether none is left."""
         for event in self._events(client):
             self._answer(client, event)
             if client.number not in self.clients:
-                return
+                return True
+            if len(client.going) > ENOUGH:
+                return False
+        return True
 
     def _write(self, client: Client) -> None:
-        """Send as much as the socket takes; close the connection once the client has ended and has all answers."""
+        """Send as much as the socket takes; nothing any more if the client has gone or reads no more."""
         try:
             if client.going:
                 del client.going[: client.socket.send(client.going[:_READ])]
         except BlockingIOError:
             pass
         except OSError:
-            self._drop(client)
-            return
-        if client.ended and not client.going:
-            self._drop(client)
-            return
-        self._watch(client)
+            client.deaf = True
+            client.going.clear()
 
     def _watch(self, client: Client) -> None:
         stalled = len(client.going) > ENOUGH
@@ -203,6 +225,7 @@ class CheckerServer:
                 self.tell(
                     f"client {client.number} is let go: a record of {length} bytes, and at most {MAX_LINE} are read"
                 )
+                client.coming.clear()
                 client.ended = True  # so that it gets the answers to what it sent before
                 return
             end = _LENGTH.size + length
@@ -245,22 +268,25 @@ class CheckerServer:
         return None
 
     def _answer(self, asker: Client, event: Event | Invalid) -> None:
-        """Take an event, and send its answer to the client that asked and to those that listen."""
+        """Take an event, and give its answer to the client that asked and to those that listen."""
         actions: tuple[Action, ...] = (event,) if isinstance(event, Invalid) else self.engine.step(event)
         self.steps += 1
         for client in list(self.clients.values()):
             if client is asker or client.listens:
                 self._send(client, actions)
+                if client is not asker and client.number in self.clients:
+                    self._watch(client)
 
     def _send(self, client: Client, actions: tuple[Action, ...]) -> None:
+        """Let an answer wait to be sent to a client; let one go that listens and does not read."""
+        if client.deaf:
+            return
         if client.binary:
             self._send_record(client, self._codec.answer(self.steps, actions))
         else:
             client.going += answer_line(self.model, self.steps, actions).encode() + b"\n"
-        if len(client.going) > MAX_WAITING:
+        if client.listens and len(client.going) > MAX_WAITING:
             self._drop(client, f"more than {MAX_WAITING >> 20} MiB of answers wait for it")
-        else:
-            self._watch(client)
 
     def _send_record(self, client: Client, record: bytes) -> None:
         client.going += _LENGTH.pack(len(record)) + record

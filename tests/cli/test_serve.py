@@ -358,6 +358,61 @@ def test_a_client_that_does_not_read_its_answers_is_read_no_more_and_that_is_tol
         deaf.socket.close()
 
 
+OBSERVE = b'{"observe": "ok", "value": 1}\n'
+
+
+def until_gone(server: serve.CheckerServer) -> int:
+    """Take turns until there is no client; return the number of steps."""
+    server.turn(PATIENCE)
+    while server.clients:
+        server.turn(PATIENCE)
+    return server.steps
+
+
+def test_all_that_a_client_has_sent_is_taken_though_it_has_gone_before_its_answers(
+    tmp_path: Path, model: Model
+) -> None:
+    with here(tmp_path, model, []) as server:
+        gone = Peer(tmp_path / "sock", OBSERVE * 3000)  # more than is read at once
+        gone.socket.close()
+        assert until_gone(server) == 3000
+
+
+def test_the_last_line_needs_no_end_though_the_client_has_left_answers_unread(tmp_path: Path, model: Model) -> None:
+    with here(tmp_path, model, []) as server:
+        gone = Peer(tmp_path / "sock", OBSERVE)
+        for _ in range(2):
+            server.turn(PATIENCE)
+        gone.socket.sendall(OBSERVE.rstrip())
+        gone.socket.close()
+        assert until_gone(server) == 2
+
+
+def test_a_client_that_reads_nothing_may_say_so_and_is_read(tmp_path: Path, model: Model) -> None:
+    with here(tmp_path, model, []) as server:
+        mute = Peer(tmp_path / "sock")
+        mute.socket.shutdown(socket.SHUT_RD)
+        server.turn(PATIENCE)
+        for _ in range(3):
+            mute.socket.sendall(OBSERVE)
+            server.turn(PATIENCE)
+        assert (server.steps, len(server.clients)) == (3, 1)
+        mute.socket.close()
+
+
+def test_a_client_that_does_not_listen_is_not_let_go_for_answers_to_what_was_read_at_once(
+    tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serve, "ENOUGH", 1 << 11)
+    monkeypatch.setattr(serve, "MAX_WAITING", 1 << 12)
+    with here(tmp_path, model, []) as server:
+        busy = Peer(tmp_path / "sock", OBSERVE * 1000 + b"{")
+        busy.socket.shutdown(socket.SHUT_WR)
+        assert until_gone(server) == 1001
+        assert [busy.hear()["step"] for _ in range(1001)] == list(range(1, 1002))
+        busy.socket.close()
+
+
 @contextmanager
 def no_more_files() -> Iterator[None]:
     """Let this process open no file more than it has open now."""
