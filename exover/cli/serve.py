@@ -1,11 +1,13 @@
 """`exover serve`: the checker of a spec at a socket, for programs in any language."""
 
 import argparse
+import errno
 import os
 import socket
 import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from time import monotonic, sleep
 from typing import Literal
 
 from exover.cli.files import read_spec
@@ -18,6 +20,10 @@ from exover.run.simulate import Engine
 
 QUEUE = 128
 """The most clients that may wait to be accepted."""
+PATIENCE = 5.0
+"""Seconds that another process may lock the folder of the socket."""
+PAUSE = 0.01
+"""Seconds after which locking is tried again."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -54,26 +60,52 @@ def _listening(path: str) -> Iterator[socket.socket]:
     """Yield a socket that listens at a path and is accessible to its owner alone; its file is removed afterwards."""
     if not hasattr(socket, "AF_UNIX"):
         raise CliError("this system has no Unix sockets")
-    _clear(path)
-    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        try:
+            with _locked_folder(path):
+                _clear(path)
+                _bind(listener, path)
+                mine = os.lstat(path).st_ino
+        except OSError as error:
+            raise CliError(f"cannot listen at {path}: {error.strerror or error}") from error
+        listener.setblocking(False)
+        try:
+            yield listener
+        finally:
+            # No other file has its number before the socket is closed.
+            with suppress(OSError), _locked_folder(path):
+                if os.lstat(path).st_ino == mine:  # no other process has replaced it
+                    os.unlink(path)
+
+
+@contextmanager
+def _locked_folder(path: str) -> Iterator[None]:
+    """Keep other servers from replacing sockets in the folder of a path; `OSError` if that is not possible."""
+    import fcntl
+
+    folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
+    try:
+        end = monotonic() + PATIENCE
+        while True:
+            try:
+                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError as error:
+                if monotonic() > end:
+                    raise TimeoutError(errno.ETIMEDOUT, "another process locks its folder") from error
+                sleep(PAUSE)
+        yield
+    finally:
+        os.close(folder)
+
+
+def _bind(listener: socket.socket, path: str) -> None:
     before = os.umask(0o177)
     try:
         listener.bind(path)
-        listener.listen(QUEUE)
-    except OSError as error:
-        listener.close()
-        raise CliError(f"cannot listen at {path}: {error.strerror or error}") from error
     finally:
         os.umask(before)
-    mine = os.stat(path).st_ino
-    listener.setblocking(False)
-    try:
-        yield listener
-    finally:
-        listener.close()
-        with suppress(OSError):  # another process has removed it
-            if os.stat(path).st_ino == mine:
-                os.unlink(path)
+    listener.listen(QUEUE)
 
 
 def _clear(path: str) -> None:

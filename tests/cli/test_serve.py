@@ -10,14 +10,18 @@ import struct
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from random import Random
+from threading import Barrier, BrokenBarrierError, Event
 from time import monotonic, sleep
 from typing import Any
 
 import pytest
 
+from exover.cli import serve as command
+from exover.cli.status import CliError
 from exover.model.model import Model
 from exover.model.wire_reading import MAX_LINE
 from exover.pipeline import load
@@ -529,6 +533,60 @@ def test_a_socket_whose_process_lets_nobody_in_is_left_alone(
     why = "cannot replace sock, which may be in use: Permission denied"
     assert (shut.returncode, shut.stderr) == (2, f"exover: error: {why}\n")
     assert (tmp_path / "sock").exists()
+
+
+def test_of_two_that_begin_where_a_socket_was_left_one_listens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, both, is_left = str(tmp_path / "sock"), Barrier(2), command._is_left
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as left:
+        left.bind(path)
+
+    def slowly(path: str) -> bool:
+        found = is_left(path)
+        with suppress(BrokenBarrierError):
+            both.wait(0.5)  # for the other to find the same
+        return found
+
+    def begin() -> str:
+        try:
+            with command._listening(path):
+                ended.wait(PATIENCE)
+        except CliError as error:
+            ended.set()
+            return str(error)
+        return "listened"
+
+    ended = Event()
+    monkeypatch.setattr(command, "_is_left", slowly)
+    with ThreadPoolExecutor(2) as pool:
+        said = {future.result() for future in [pool.submit(begin) for _ in range(2)]}
+    assert said == {"listened", f"another process listens at {path}"}
+
+
+def test_a_socket_is_removed_before_another_process_may_have_one_of_its_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+
+    class Closing(socket.socket):
+        def close(self) -> None:
+            found.append((tmp_path / "sock").exists())
+            super().close()
+
+    monkeypatch.setattr(socket, "socket", Closing)
+    with command._listening(str(tmp_path / "sock")):
+        assert (tmp_path / "sock").exists()
+    assert found == [False]
+
+
+def test_a_folder_that_another_process_locks_is_waited_for_and_then_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "PATIENCE", 0.05)
+    path = str(tmp_path / "sock")
+    with command._locked_folder(path):
+        with pytest.raises(CliError, match=r"cannot listen at .*sock: another process locks its folder"):
+            command._listening(path).__enter__()
+        assert not Path(path).exists()
 
 
 class Forbidden(socket.socket):
