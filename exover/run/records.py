@@ -30,6 +30,8 @@ from exover.ocrd.reasons import reasons
 NO_NUMBER = 0xFFFF
 NO_RULE = 0xFFFF_FFFF
 LISTEN = 5
+MOST_ACTIONS = 0xFFFF
+"""The most actions of an answer that is a record."""
 _ACTION = struct.Struct("<BHHIIB")
 _HEAD = struct.Struct("<QH")
 
@@ -182,6 +184,11 @@ def _value(kind: Type, data: bytes) -> Any:
             return name_of(values, int(number))
         case _:
             return number
+
+
+def says_listen(record: bytes) -> bool | None:
+    """Return whether a record turns listening on, None if it does not turn it on or off."""
+    return {b"\5\0": False, b"\5\1": True}.get(record[:2])
 
 
 def bool_of(number: int) -> bool | NoBool:

@@ -13,7 +13,7 @@ from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.wire import answer_line
 from exover.model.wire_reading import LONG_LINE, MAX_LINE, TOO_LONG, read_entries, read_object
-from exover.run.records import LISTEN, RecordCodec
+from exover.run.records import LISTEN, MOST_ACTIONS, RecordCodec, says_listen
 from exover.run.simulate import Engine
 
 MAGIC = b"EXO1"
@@ -233,12 +233,13 @@ class CheckerServer:
                 return
             record = bytes(client.coming[_LENGTH.size : end])
             del client.coming[:end]
-            if record[:1] != bytes([LISTEN]):
-                yield self._codec.event(record)
-            elif record[1:2] in (b"\0", b"\1"):
-                client.listens = record[1:2] == b"\1"
-            else:
+            listens = says_listen(record)
+            if listens is not None:
+                client.listens = listens
+            elif record[:1] == bytes([LISTEN]):
                 yield Invalid("bad-event", "1 is to listen, 0 is not to")
+            else:
+                yield self._codec.event(record)
 
     def _lines(self, client: Client) -> Iterator[Event | Invalid]:
         while (end := client.coming.find(b"\n")) >= 0 or client.ended or len(client.coming) >= TOO_LONG:
@@ -280,6 +281,9 @@ class CheckerServer:
     def _send(self, client: Client, actions: tuple[Action, ...]) -> None:
         """Let an answer wait to be sent to a client; let one go that listens and does not read."""
         if client.deaf:
+            return
+        if client.binary and len(actions) > MOST_ACTIONS:
+            self._drop(client, f"an answer of {len(actions)} actions, and a record has at most {MOST_ACTIONS}")
             return
         if client.binary:
             self._send_record(client, self._codec.answer(self.steps, actions))

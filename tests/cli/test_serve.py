@@ -9,12 +9,12 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from random import Random
-from threading import Barrier, BrokenBarrierError, Event
 from time import monotonic, sleep
 from typing import Any
 
@@ -22,6 +22,7 @@ import pytest
 
 from exover.cli import serve as command
 from exover.cli.status import CliError
+from exover.model.event import Action, Event, Killed
 from exover.model.model import Model
 from exover.model.wire_reading import MAX_LINE
 from exover.pipeline import load
@@ -417,6 +418,31 @@ def test_a_client_that_does_not_listen_is_not_let_go_for_answers_to_what_was_rea
         busy.socket.close()
 
 
+class Many:
+    """An engine that answers with more actions than a record may have."""
+
+    def step(self, event: Event) -> tuple[Action, ...]:
+        return (Killed("nd.stop", 0, "abort"),) * 65_536
+
+
+def test_an_answer_that_fits_no_record_ends_the_connections_by_records_alone(tmp_path: Path, model: Model) -> None:
+    said: list[str] = []
+    with here(tmp_path, model, said) as server:
+        server.engine = Many()
+        peers = [Peer(tmp_path / "sock", start) for start in (b"EXO1", OBSERVE)]
+        peers[1].socket.setblocking(False)
+        while not peers[1].coming.endswith(b"\n"):
+            server.turn(PATIENCE)
+            with suppress(BlockingIOError):
+                peers[1].coming += peers[1].socket.recv(1 << 20)
+        assert len(peers[1].hear()["actions"]) == 65_536
+        peers[0].send(b"\0\1\0")
+        server.turn(PATIENCE)
+        assert said[1:] == ["client 1 is let go: an answer of 65536 actions, and a record has at most 65535"]
+        for peer in peers:
+            peer.socket.close()
+
+
 @contextmanager
 def no_more_files() -> Iterator[None]:
     """Let this process open no file more than it has open now."""
@@ -536,13 +562,13 @@ def test_a_socket_whose_process_lets_nobody_in_is_left_alone(
 
 
 def test_of_two_that_begin_where_a_socket_was_left_one_listens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, both, is_left = str(tmp_path / "sock"), Barrier(2), command._is_left
+    path, both, is_left = str(tmp_path / "sock"), threading.Barrier(2), command._is_left
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as left:
         left.bind(path)
 
     def slowly(path: str) -> bool:
         found = is_left(path)
-        with suppress(BrokenBarrierError):
+        with suppress(threading.BrokenBarrierError):
             both.wait(0.5)  # for the other to find the same
         return found
 
@@ -555,7 +581,7 @@ def test_of_two_that_begin_where_a_socket_was_left_one_listens(tmp_path: Path, m
             return str(error)
         return "listened"
 
-    ended = Event()
+    ended = threading.Event()
     monkeypatch.setattr(command, "_is_left", slowly)
     with ThreadPoolExecutor(2) as pool:
         said = {future.result() for future in [pool.submit(begin) for _ in range(2)]}
