@@ -29,7 +29,7 @@ from exover.model.types import Real, Value, ordinal
 from exover.model.wire import Json
 from exover.model.wire_reading import MAX_LINE
 from exover.run.codec import Codec
-from exover.run.records import NO_NUMBER, RecordCodec, bool_of, name_of
+from exover.run.records import NO_NUMBER, RecordCodec, bool_of, name_of, says_listen
 
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
@@ -195,6 +195,8 @@ class RecordReader:
         kind = record[0]
         if kind == TOLD:
             return Noted((ToldMark(),))
+        if says_listen(record) is not None:
+            return Noted(())
         if kind == TIME:
             (time,) = struct.unpack_from("<xd", record)
             return Noted(()) if math.isnan(time) else Noted((), *read_time(time))

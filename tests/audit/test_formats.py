@@ -100,6 +100,16 @@ def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, a
     assert found.figures.asks == {("slew.turn", "launch"): 1, ("hoist.lift", "invalid"): 1}
 
 
+def test_that_a_client_listened_is_passed_over(tmp_path: Path, auditor: MissionAuditor) -> None:
+    whole = as_records(tmp_path / "m.exor", told(CRANE, 1, 20))
+    without = auditor.audit(str(whole), "m")
+    with whole.open("ab") as file:
+        file.write(b"".join(LENGTH.pack(len(record)) + record for record in (b"\5\0", b"\5\1\7", b"\5\2", b"\5")))
+    found = auditor.audit(str(whole), "m")
+    assert (found.figures, found.rows) == (without.figures, without.rows)
+    assert [mistake.text.split(":")[0] for mistake in found.mistakes] == ["bad-event", "bad-event"]
+
+
 def test_damaged_records(tmp_path: Path, auditor: MissionAuditor) -> None:
     whole = as_records(tmp_path / "m.exor", told(CRANE, 1, 20)).read_bytes()
     odd = [b"", b"\x63", b"\x00", b"\x00\xff\xff", b"\x02\x09\x00", b"\x02\x01\x00" + struct.pack("<d", float("nan"))]
