@@ -5,6 +5,7 @@ import signal
 from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
+from select import select
 from threading import Lock, Thread
 
 MOST = 1 << 20
@@ -65,4 +66,7 @@ class MessageWriter:
         rest = text.encode(self._encoding, "backslashreplace")
         with suppress(OSError):
             while rest:
-                rest = rest[os.write(self._file, rest) :]
+                try:
+                    rest = rest[os.write(self._file, rest) :]
+                except BlockingIOError:  # another process that has the stream does not wait for it
+                    select([], [self._file], [])

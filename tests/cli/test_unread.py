@@ -14,8 +14,9 @@ BIG = 1 << 20
 
 
 @contextmanager
-def pipe() -> Iterator[tuple[int, int]]:
+def pipe(waits: bool = True) -> Iterator[tuple[int, int]]:
     reading, writing = os.pipe()
+    os.set_blocking(writing, waits)
     try:
         yield reading, writing
     finally:
@@ -43,9 +44,12 @@ def test_all_is_written_in_order() -> None:
         assert read(reading, "99\n") == "".join(f"é {number}\n" for number in range(100))
 
 
-def test_what_does_not_fit_is_dropped_and_counted_where_it_would_stand(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("waits", (True, False))
+def test_what_does_not_fit_is_dropped_and_counted_where_it_would_stand(
+    monkeypatch: pytest.MonkeyPatch, waits: bool
+) -> None:
     monkeypatch.setattr(unread, "MOST", 2 * BIG)
-    with pipe() as (reading, writing):
+    with pipe(waits) as (reading, writing):
         writer = MessageWriter(writing, "ascii", lost)
         for text in ("a" * BIG, "b" * BIG, "c", "d"):
             writer(f"{text}\n")
