@@ -26,7 +26,10 @@ SHORT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 """Errors by which the system accepts no client although one waits."""
 PAUSE = 1.0
 """Seconds after which accepting is tried again after such an error, if no client goes before."""
-_READ = 1 << 16
+_READ = 1 << 10
+"""The most bytes that are read from a client at once: all others wait until the events in them are answered."""
+_SENT = 1 << 16
+"""The most bytes that are sent to a client at once."""
 _LENGTH = struct.Struct("<I")
 
 
@@ -180,7 +183,7 @@ class CheckerServer:
         """Send as much as the socket takes; nothing any more if the client has gone or reads no more."""
         try:
             if client.going:
-                del client.going[: client.socket.send(client.going[:_READ])]
+                del client.going[: client.socket.send(client.going[:_SENT])]
         except BlockingIOError:
             pass
         except OSError:

@@ -383,6 +383,16 @@ def test_all_that_a_client_has_sent_is_taken_though_it_has_gone_before_its_answe
         assert until_gone(server) == 3000
 
 
+def test_nobody_waits_for_all_that_another_has_sent(tmp_path: Path, model: Model) -> None:
+    with here(tmp_path, model, []) as server:
+        busy, other = (Peer(tmp_path / "sock", OBSERVE * count) for count in (2000, 1))
+        while server.steps < 200:
+            server.turn(PATIENCE)
+        assert other.hear()["step"] < 200
+        busy.socket.close()
+        other.socket.close()
+
+
 def test_the_last_line_needs_no_end_though_the_client_has_left_answers_unread(tmp_path: Path, model: Model) -> None:
     with here(tmp_path, model, []) as server:
         gone = Peer(tmp_path / "sock", OBSERVE)
