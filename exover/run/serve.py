@@ -116,9 +116,15 @@ class CheckerServer:
             return
         self._short = False
         connected.setblocking(False)
+        client = Client(connected, self._known + 1)
+        try:
+            self._selector.register(connected, selectors.EVENT_READ, client)
+        except OSError as error:
+            connected.close()
+            self.tell(f"a client cannot be served: {error.strerror}")
+            return
         self._known += 1
-        client = self.clients[self._known] = Client(connected, self._known)
-        self._selector.register(connected, selectors.EVENT_READ, client)
+        self.clients[self._known] = client
 
     def _not_accepted(self, error: OSError) -> None:
         """Go on without the client; if it still waits, stop listening, lest the selector report it again at once."""

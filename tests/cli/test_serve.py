@@ -494,6 +494,20 @@ def test_clients_that_cannot_be_accepted_wait_for_others_to_go_and_that_is_told_
     assert len(said) == 1
 
 
+def test_a_client_that_cannot_be_watched_is_let_go(
+    tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    said: list[str] = []
+    with here(tmp_path, model, said) as server, closing(Peer(tmp_path / "sock").socket) as peer:
+        monkeypatch.setattr(server._selector, "register", refuse)
+        server.turn(PATIENCE)
+        assert (peer.recv(1), server.clients) == (b"", {})
+    assert said == ["a client cannot be served: No space left on device"]
+
+
 def test_what_is_no_word_on_listening_is_answered(served: Served) -> None:
     """Else a client would take it that it hears of kills."""
     lines = ('{"listen": 1}', '{"listen": "true"}', '{"listen": null}', '{"listen": true, "step": 1}')
