@@ -1,6 +1,7 @@
 """A checker on a socket: several clients share one state, and events are taken one by one (docs/serve.md)."""
 
 import errno
+import select
 import selectors
 import socket
 import struct
@@ -87,7 +88,8 @@ class CheckerServer:
             seconds = PAUSE if seconds is None else min(seconds, PAUSE)
         for key, mask in self._selector.select(seconds):
             if key.fileobj is self.listener:
-                self._accept()
+                if not self._any_gone():
+                    self._accept()
                 continue
             client: Client = key.data
             if client.number in self.clients:
@@ -125,6 +127,17 @@ class CheckerServer:
             return
         self._known += 1
         self.clients[self._known] = client
+
+    def _any_gone(self) -> bool:
+        """Return whether a client has closed its connection and something that it has sent is not taken yet.
+
+        Clients that have come since then wait, so that no reading of a sensor replaces one of the process that took
+        its place.
+        """
+        found = select.poll()
+        for client in self.clients.values():
+            found.register(client.socket, 0)
+        return any(what & select.POLLHUP for _, what in found.poll(0))
 
     def _not_accepted(self, error: OSError) -> None:
         """Go on without the client; if it still waits, stop listening, lest the selector report it again at once."""

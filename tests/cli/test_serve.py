@@ -393,6 +393,20 @@ def test_nobody_waits_for_all_that_another_has_sent(tmp_path: Path, model: Model
         other.socket.close()
 
 
+def test_what_a_gone_client_has_sent_is_taken_before_anything_of_who_comes_after_it(
+    tmp_path: Path, model: Model
+) -> None:
+    with here(tmp_path, model, []) as server:
+        old = Peer(tmp_path / "sock", OBSERVE * 1000)
+        server.turn(PATIENCE)
+        old.socket.close()
+        new = Peer(tmp_path / "sock", OBSERVE)
+        while server.steps < 1001:
+            server.turn(PATIENCE)
+        assert new.hear()["step"] == 1001
+        new.socket.close()
+
+
 def test_the_last_line_needs_no_end_though_the_client_has_left_answers_unread(tmp_path: Path, model: Model) -> None:
     with here(tmp_path, model, []) as server:
         gone = Peer(tmp_path / "sock", OBSERVE)
