@@ -167,7 +167,7 @@ class CheckerServer:
             self._read(client)
         self._write(client)
         all_taken = False
-        while not all_taken and len(client.going) <= ENOUGH:
+        while client.number in self.clients and not all_taken and len(client.going) <= ENOUGH:
             all_taken = self._take(client)
             self._write(client)
         if client.number not in self.clients:
@@ -178,13 +178,16 @@ class CheckerServer:
             self._watch(client)
 
     def _read(self, client: Client) -> None:
-        """Read some of what a client has sent; an error of the system comes behind all data, and so ends it."""
+        """Read some of what a client has sent."""
         try:
             data = client.socket.recv(_READ)
         except BlockingIOError:
             return
-        except OSError:
+        except ConnectionError:  # it has left answers unread, and all that it has sent is read
             data = b""
+        except OSError as error:
+            self._drop(client, error.strerror or str(error))
+            return
         client.coming += data
         client.ended = not data
 
@@ -205,9 +208,11 @@ class CheckerServer:
                 del client.going[: client.socket.send(client.going[:_SENT])]
         except BlockingIOError:
             pass
-        except OSError:
+        except ConnectionError:
             client.deaf = True
             client.going.clear()
+        except OSError as error:
+            self._drop(client, error.strerror or str(error))
 
     def _watch(self, client: Client) -> None:
         stalled = len(client.going) > ENOUGH

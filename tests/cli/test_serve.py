@@ -429,6 +429,37 @@ def test_a_client_that_reads_nothing_may_say_so_and_is_read(tmp_path: Path, mode
         mute.socket.close()
 
 
+class Faulty:
+    """A connection on which a call fails, as where the system has no memory for it."""
+
+    def __init__(self, connected: socket.socket, call: str) -> None:
+        self._connected = connected
+        setattr(self, call, self._fail)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._connected, name)
+
+    def _fail(self, *_: object) -> None:
+        raise OSError(errno.ENOBUFS, os.strerror(errno.ENOBUFS))
+
+
+@pytest.mark.parametrize(("call", "taken"), (("recv", 0), ("send", 1)))
+def test_a_connection_that_fails_ends_lest_the_client_wait_for_an_answer(
+    tmp_path: Path, model: Model, call: str, taken: int
+) -> None:
+    said: list[str] = []
+    with here(tmp_path, model, said) as server, closing(Peer(tmp_path / "sock").socket) as peer:
+        server.turn(PATIENCE)
+        client = server.clients[1]
+        client.socket = Faulty(client.socket, call)  # type: ignore[assignment]
+        peer.sendall(OBSERVE)
+        server.turn(PATIENCE)
+        assert (server.steps, server.clients) == (taken, {})
+        with suppress(ConnectionResetError):
+            assert peer.recv(1) == b""
+    assert said == ["client 1 is let go: No buffer space available"]
+
+
 def test_a_client_that_does_not_listen_is_not_let_go_for_answers_to_what_was_read_at_once(
     tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
