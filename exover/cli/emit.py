@@ -1,6 +1,7 @@
 """`exover emit`: check a spec and write its tables."""
 
 import argparse
+import os
 from collections.abc import Sequence
 from contextlib import nullcontext
 
@@ -11,6 +12,7 @@ from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
 from exover.cli.neighbours import neighbours, refuse_foreign_crate, spared
+from exover.cli.overwriting import refuse_overwriting
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.emit.artefact import Artefact
@@ -79,6 +81,7 @@ def _write(
     except TooLarge as reason:
         raise CliError(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
     refuse_foreign_crate(arguments.out, artefacts)
+    refuse_overwriting(arguments, *(os.path.join(arguments.out, artefact.name) for artefact in artefacts))
     out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
     if beside:
         names = " and ".join([built.model.name, *(each.name for each in beside)])

@@ -7,22 +7,16 @@ from contextlib import suppress
 from pathlib import Path
 
 from exover.audit.sources import missions_in
-from exover.cli.arguments import outputs_of
+from exover.cli.arguments import inputs_of, outputs_of
 from exover.cli.policy import find_config
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError
 from exover.places import files_of, find_properties, named_after
 
-NAMED = (
-    *("spec", "old", "new", "files", "box", "finding", "missions"),
-    *("properties", "old_properties", "events", "audit", "bind", "after", "config", "baseline"),
-)
-"""The arguments and options that name one or several files to read."""
 
-
-def refuse_overwriting(arguments: argparse.Namespace) -> None:
-    """Raise `CliError` if an output of a command is a file that it reads, named or found."""
-    written = outputs_of(arguments)
+def refuse_overwriting(arguments: argparse.Namespace, *more: str) -> None:
+    """Raise `CliError` if an output of a command, or one of `more`, is a file that it reads, named or found."""
+    written = [*outputs_of(arguments), *more]
     if any(os.path.isfile(file) for file in written):
         for path in _read(arguments):
             refuse_over(path, *written)
@@ -38,11 +32,8 @@ def refuse_over(path: str, *outputs: str) -> None:
 def _read(arguments: argparse.Namespace) -> Iterator[str]:
     """Yield the files that a command reads, and other paths; what cannot be read is left out: it is told of later."""
     named = vars(arguments)
-    anew = {"replay": "events", "check": "baseline"}.get(arguments.verb)  # the one is an output, the other may be one
-    for name in NAMED:
-        if name != anew:
-            given = named.get(name)
-            yield from given if isinstance(given, list) else [given] if isinstance(given, str) else ()
+    anew = named.get("baseline") if arguments.verb == "check" else None
+    yield from (file for file in inputs_of(arguments) if file != anew)
     with suppress(OSError):
         for path in named.get("missions") or ():
             for mission in missions_in(path):

@@ -10,7 +10,8 @@ EVENTS = '{"ask": "m.a"}\n{"ask": "m.b"}\n'
 PROPERTIES = "for s; property apart: never (active(m.a) and active(m.b));"
 FILES = {"s.exo": SPEC, "t.exo": SPEC, "s.prop": PROPERTIES, "events.jsonl": EVENTS, "box.bin": "no box"}
 FILES |= {"exover.toml": "", "base.json": "{}", "p.exo": 'spec p; include "q.exo"; module m { request a(); }'}
-FILES |= {"q.exo": "part q;"}
+FILES |= {"q.exo": "part q;", "s.json": SPEC, "b.bin": "part q;"}
+FILES |= {"b.exo": 'spec b; include "b.bin"; module m { request a(); }'}
 
 
 @pytest.mark.parametrize(
@@ -35,6 +36,8 @@ FILES |= {"q.exo": "part q;"}
         ("check s.exo --certificate s.prop", "s.prop"),
         ("graph p.exo --out q.exo", "q.exo"),
         ("audit s.exo . --out events.jsonl", "events.jsonl"),
+        ("emit s.json --target json --out .", "./s.json"),
+        ("emit b.exo --unchecked --target c,bin --out .", "./b.bin"),
         ("replay box.bin s.exo --events box.bin", "box.bin"),
         ("gate mcp s.exo --bind s.prop --log s.exo -- true", "s.exo"),
         ("gate mcp s.exo --bind s.prop --log s.prop -- true", "s.prop"),
