@@ -13,7 +13,7 @@ from exover.audit.native import compile_library
 from exover.audit.result import Audit, MissionResult
 from exover.audit.sources import SUFFIXES, TABLES, is_bag, missions_in
 from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
-from exover.cli.files import read_spec, refuse_twice, refuse_unwritable, standard_input
+from exover.cli.files import read_spec, refuse_unwritable, shown, standard_input
 from exover.cli.gate import binding_of
 from exover.cli.replacing import replacing
 from exover.cli.status import CliError, ExitStatus
@@ -27,7 +27,6 @@ from exover.source import STDIN
 
 def run(arguments: argparse.Namespace) -> int:
     """Audit the missions, print the findings, and return the exit status."""
-    refuse_twice(arguments.spec, arguments.bind, *arguments.missions)
     model = read_spec(arguments.spec)
     binding = binding_of(arguments.bind, model) if arguments.bind else None
     with ExitStack() as stack:
@@ -38,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
         found = _audited(job, missions, arguments)
         if arguments.out:
             _write_table(found, arguments.out)
-    audit = Audit(__version__, model, arguments.spec, tuple(found))
+    audit = Audit(__version__, model, shown(arguments.spec), tuple(found))
     _complain(audit)
     out(_render(audit, arguments.format))
     return _status(audit)

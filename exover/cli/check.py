@@ -20,7 +20,7 @@ from exover.checks.schedule.plan import CheckPlan
 from exover.cli.answer_cache import answers_of
 from exover.cli.arguments import outputs_of
 from exover.cli.engines import engines_of
-from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
+from exover.cli.files import load_spec, read_properties, shown, write_all, write_one
 from exover.cli.live import Live
 from exover.cli.overwriting import refuse_overwriting
 from exover.cli.policy import asked_by, configured, read_policy
@@ -173,7 +173,6 @@ def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
 
 def read(arguments: argparse.Namespace) -> tuple[Source, Model, Properties]:
     """Return the text of the spec, its model, and its properties."""
-    refuse_twice(arguments.spec, arguments.properties)
     source, model = load_spec(arguments.spec)
     return source, model, read_properties(arguments.spec, arguments.properties, model)
 
@@ -230,6 +229,8 @@ def _certify(
 
 def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
     """Raise `CliError` if an output is read or is named twice, or an option or format does not fit the specs."""
+    if named.several and "-" in named.files:
+        raise CliError("standard input is checked alone: name no other spec beside -")
     if arguments.watched:  # files have changed since the command began
         refuse_overwriting(arguments)
     outputs = [

@@ -5,8 +5,9 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
+from exover.cli.arguments import refuse_twice
 from exover.cli.engines import portfolio
-from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
+from exover.cli.files import read_properties, read_spec, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
@@ -66,7 +67,7 @@ def _read(arguments: argparse.Namespace) -> tuple[ReadVersion, ReadVersion]:
         properties = revision.properties(model) if given is None else read_properties(arguments.old, given, model)
         old = ReadVersion(revision.shown(), model, properties)
     else:
-        refuse_twice(arguments.old, path)
+        refuse_twice(arguments.old_properties or arguments.properties, arguments.properties)
         old = _in_work_tree(arguments.old, arguments.old_properties or arguments.properties)
     return old, _in_work_tree(path, arguments.properties)
 

@@ -6,7 +6,8 @@ import os
 import re
 from collections.abc import Iterable
 
-from exover.cli.files import load_spec, refuse_twice, shown
+from exover.cli.arguments import refuse_twice
+from exover.cli.files import load_spec, shown
 from exover.cli.findings import chosen
 from exover.cli.simulate import lines_in, no_event, open_events
 from exover.cli.status import CliError, ExitStatus
@@ -62,13 +63,12 @@ def _events(arguments: argparse.Namespace) -> ExitStatus:
 def _finding(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.events:
         raise CliError("--finding has the events of its run: leave out --events")
-    refuse_twice(arguments.spec, arguments.finding)
     recorded, spec = chosen(arguments)
     source, model = load_spec(spec)
     try:
         retell(model, recorded)
     except UnreadableReport as reason:
-        raise CliError(f"cannot use {arguments.finding}: {reason}") from reason
+        raise CliError(f"cannot use {shown(arguments.finding)}: {reason}") from reason
     step = _step(arguments, recorded)
     if arguments.format == "text":
         out(visible(f"{recorded.title}: {recorded.message}") + "\n")

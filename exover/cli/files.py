@@ -103,12 +103,6 @@ def shown(path: str) -> str:
     return STDIN if path == "-" else path
 
 
-def refuse_twice(*paths: str | None) -> None:
-    """Raise `CliError` if more than one of the inputs is standard input, which can be read once."""
-    if paths.count("-") > 1:
-        raise CliError("only one thing can be read from standard input, and - stands for it twice")
-
-
 def read_bytes(path: str) -> bytes:
     """Return the bytes of a file that is no text of the language, or of standard input if the path is `-`.
 

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Iterable
 
-from exover.cli.files import read_text
+from exover.cli.files import read_text, shown
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import quote
@@ -16,9 +16,9 @@ def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
 
     A note names the other findings; raises `CliError` if there is no finding, or no spec is known.
     """
-    path = arguments.finding
+    path = shown(arguments.finding)
     try:
-        found = read(read_text(path))
+        found = read(read_text(arguments.finding))
     except UnreadableReport as reason:
         raise CliError(f"cannot use {path}: {reason}") from reason
     recorded = _first(arguments, found)
@@ -30,14 +30,13 @@ def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
 
 def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Recorded:
     named = choose(found, arguments.check, arguments.subject)
+    path = shown(arguments.finding)
     if not named:
         checks = tuple(dict.fromkeys(each.check for each in found))
         if arguments.check is not None and arguments.check not in checks:
             with_one = ", ".join(checks) or "none at all"
-            raise CliError(
-                f"{arguments.finding} has no finding of {quote(arguments.check)} with a trace; with one: {with_one}"
-            )
-        raise CliError(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
+            raise CliError(f"{path} has no finding of {quote(arguments.check)} with a trace; with one: {with_one}")
+        raise CliError(f"{path} has no such finding with a trace; with one: {_listed(found)}")
     first, *others = named
     if others:
         complain(visible(f"exover: note: {first.title}; --check and --subject choose among {_listed(named)}"))

@@ -10,7 +10,7 @@ from time import monotonic
 
 from exover.checks.questions import SEVERITY
 from exover.checks.schedule.plan import CheckPlan
-from exover.cli.files import read_source, read_spec, refuse_twice, standard_input
+from exover.cli.files import read_source, read_spec, shown, standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out, unwaited_complaints
 from exover.diagnostics import render_all
@@ -29,7 +29,6 @@ from exover.run.simulate import Engine
 
 def run(arguments: argparse.Namespace) -> int:
     """Run `exover gate check`, `exover gate mcp` or `exover gate ros2`, and return the exit status."""
-    refuse_twice(arguments.spec, arguments.bind)
     if arguments.side == "mcp" and "-" in (arguments.spec, arguments.bind):
         raise CliError("standard input is the client's: name the spec and the binding")
     model = read_spec(arguments.spec)
@@ -38,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _mcp(arguments, model, binding)
     if arguments.side == "ros2":
         return _ros2(arguments, model, binding)
-    out(f"{arguments.bind}: {_figures(binding, model)}\n")
+    out(f"{shown(arguments.bind)}: {_figures(binding, model)}\n")
     return ExitStatus.OK
 
 

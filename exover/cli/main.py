@@ -13,7 +13,7 @@ from importlib import import_module
 from time import monotonic
 from types import FrameType, TracebackType
 
-from exover.cli.arguments import outputs_of, parser
+from exover.cli.arguments import inputs_of, outputs_of, parser, refuse_twice
 from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
@@ -32,13 +32,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         gc.set_threshold(OBJECTS)
         _end_by_signals()
         arguments = parser().parse_args(argv, argparse.Namespace(started=started))
-        _refuse_overwriting(arguments)
+        _refuse_odd_files(arguments)
         outcome.status = import_module(f"exover.cli.{getattr(arguments, 'module', arguments.verb)}").run(arguments)
     return settle(outcome.status)
 
 
-def _refuse_overwriting(arguments: argparse.Namespace) -> None:
-    """Raise `CliError` if an output of the command is a file that it reads."""
+def _refuse_odd_files(arguments: argparse.Namespace) -> None:
+    """Raise `CliError` if standard input is named twice or as an output, or an output is a file that is read."""
+    refuse_twice(*inputs_of(arguments))
+    if "-" in outputs_of(arguments):
+        raise CliError("- is standard input, and no file to write; ./- is a file of that name")
     if outputs_of(arguments):  # what looks for files is loaded for these alone
         import_module("exover.cli.overwriting").refuse_overwriting(arguments)
 

@@ -32,7 +32,7 @@ def configured(arguments: argparse.Namespace) -> Config:
     config, diagnostics = read_config(source, SEVERITY)
     if diagnostics:
         complain(render_all(diagnostics, source))
-        raise CliError(f"{path} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
+        raise CliError(f"{source.name} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
     return config
 
 
@@ -82,4 +82,4 @@ def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:
     try:
         return read_baseline(read_text(path), spec, file)
     except Unusable as reason:
-        raise CliError(f"cannot use {path}: {reason}") from reason
+        raise CliError(f"cannot use {shown(path)}: {reason}") from reason

@@ -5,7 +5,7 @@ import json
 import os
 from collections.abc import Collection, Iterator, Sequence
 
-from exover.cli.files import read_bytes, read_spec, refuse_twice, shown, write_one
+from exover.cli.files import read_bytes, read_spec, shown, write_one
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus
@@ -23,7 +23,6 @@ from exover.syntax.decode import decode
 
 def run(arguments: argparse.Namespace) -> int:
     """Print every run of the box, oldest first, with the replay; write the events of the last run if asked for."""
-    refuse_twice(arguments.box, arguments.spec, arguments.after)
     held = _box(arguments.box)
     model = _model(arguments.spec, held)
     runs = list(_replayed(model, held, _lines(arguments.after)))

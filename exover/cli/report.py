@@ -4,7 +4,7 @@ import argparse
 
 from exover.cli.check import examine
 from exover.cli.engines import engines_of
-from exover.cli.files import read_text, refuse_twice, refuse_unwritable, shown, write_one
+from exover.cli.files import read_text, refuse_unwritable, shown, write_one
 from exover.cli.status import CliError
 from exover.cli.streams import out
 from exover.model.model import Model
@@ -19,7 +19,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     Raises `CliError` if the page cannot be written; no part of it is left then.
     """
-    refuse_twice(arguments.spec, arguments.audit)
     refuse_unwritable(arguments.out)
     audit = _audit(arguments.audit) if arguments.audit else None
     examined = examine(argparse.Namespace(**vars(arguments), share=None), engines_of(arguments))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from typing import BinaryIO
 
-from exover.cli.files import read_spec, refuse_twice, shown, standard_input
+from exover.cli.files import read_spec, shown, standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.model.model import Model
@@ -17,7 +17,6 @@ EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the answer to each event before the next is read, so that the command works as a coprocess too."""
-    refuse_twice(arguments.spec, arguments.events)
     model = read_spec(arguments.spec)
     with open_events(arguments.events) as events, ExitStack() as stack:
         chosen = _start(stack, arguments.engine, model)

@@ -2,7 +2,7 @@
 
 import argparse
 
-from exover.cli.files import read_spec, write_one
+from exover.cli.files import read_spec, shown, write_one
 from exover.cli.findings import chosen
 from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
@@ -19,7 +19,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         story = retell(read_spec(spec), recorded)
     except UnreadableReport as reason:
-        raise CliError(f"cannot use {arguments.finding}: {reason}") from reason
+        raise CliError(f"cannot use {shown(arguments.finding)}: {reason}") from reason
     told = picture(recorded, story, arguments.format)
     if arguments.out is None:
         out(told)

@@ -185,8 +185,41 @@ def test_a_spec_from_standard_input(run, spec):
 
 
 def test_standard_input_is_read_once(run, spec):
-    for command in (("check", "-", "--properties", "-"), ("simulate", "-"), ("explain", "-")):
-        refused(run(*command, input=spec.read_text()), "only one thing can be read from standard input")
+    for command in (
+        *("check - --properties -", "check - --config -", "check - --baseline -", "check - -", "fmt - -"),
+        *("simulate -", "explain -", "trace - --spec -", "swap - - --out map", "gate check - --bind -"),
+        *("verify - --table -", "verify - --spec -", "diff - -", "diff - demo.exo --properties -"),
+        *("diff demo.exo demo.exo --properties -", "audit - -", "report - --audit - --out r.html", "replay - -"),
+    ):
+        refused(run(*command.split(), input=spec.read_text()), "only one thing can be read from standard input")
+
+
+def test_standard_input_is_checked_alone(run, spec):
+    for form in ("text", "junit"):
+        done = run("check", "-", spec.name, "--format", form, input=spec.read_text())
+        refused(done, "standard input is checked alone: name no other spec beside -")
+
+
+def test_standard_input_is_no_output(run, spec):
+    for command in (
+        *("graph demo.exo --out -", "report demo.exo --out -", "check demo.exo --certificate -"),
+        *("emit demo.exo --target bin --out -", "replay box --events -", "gate mcp demo.exo --bind b --log - -- cat"),
+    ):
+        refused(run(*command.split()), "- is standard input, and no file to write; ./- is a file of that name")
+    assert not (spec.parent / "-").exists()
+
+
+def test_standard_input_bears_its_name(run, spec):
+    run("emit", "demo.exo", "--target", "bin", "--out", ".")
+    done = run("verify", "demo.bin", "--spec", "-", input=spec.read_text())
+    assert done.stdout.endswith("decides as <stdin> says\n")
+    run("check", "demo.exo", "--certificate", "demo.cert")
+    done = run("verify", "demo.cert", "--table", "demo.bin", "--spec", "-", input=spec.read_text())
+    told = "demo.bin: in every state and for all arguments it decides as <stdin> says"
+    assert (done.returncode, done.stdout.splitlines()[0]) == (0, told)
+    refused(run("trace", "-", input="{"), "cannot use <stdin>: it is not JSON")
+    refused(run("check", "demo.exo", "--baseline", "-", input="{"), "cannot use <stdin>: it is not JSON")
+    refused(run("check", "demo.exo", "--config", "-", input="{"), "error: <stdin> has a mistake")
 
 
 def test_help_and_version(run):
