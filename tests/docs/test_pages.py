@@ -68,6 +68,17 @@ def test_every_command_that_is_named_is_one(page: Path) -> None:
         assert named <= known[verb], f"exover {verb}{rest}"
 
 
+def test_every_verb_has_its_line_in_the_page_of_commands() -> None:
+    verbs, _ = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8").split("**Mistakes.**")
+    assert re.findall(r"^\| `([a-z]+)` \|", verbs, re.MULTILINE) == list(options())
+
+
+def test_every_option_is_named_on_some_page() -> None:
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    named = set(re.findall(r"(?<![\w-])--?[a-zA-Z][a-z0-9-]*", text))
+    assert {option for found in options().values() for option in found} - named <= {"-h"}
+
+
 def code_of(page: Path) -> str:
     """Return what a page says in code: its blocks but those that are wrong, what is indented, what is in backticks."""
     text = page.read_text(encoding="utf-8")
