@@ -81,7 +81,7 @@ def state(arguments: argparse.Namespace, spec: str) -> str:
 def _entry(arguments: argparse.Namespace, spec: Path) -> ReportEntry | None:
     words = repr(sorted((name, str(value)) for name, value in vars(arguments).items() if name not in INDIFFERENT))
     try:
-        parts = [words, os.getcwd(), str(spec), *program(), *_contents(arguments, spec)]
+        parts = [words, os.getcwd(), arguments.specs[0], *program(), *_contents(arguments, spec)]
     except OSError:
         return None
     name = digest([words, os.path.realpath(spec)])[:32]

@@ -57,6 +57,12 @@ def test_an_unchanged_spec_is_reported_in_the_same_bytes(form: str, run, spec: P
     assert (first.stdout, first.returncode) == (again.stdout, again.returncode) == (fresh.stdout, fresh.returncode)
 
 
+def test_a_report_calls_the_spec_as_the_command_does(run, spec: Path, decided: list[str]) -> None:
+    for name in ("s.exo", "./s.exo", f"..//{spec.parent.name}/./s.exo"):
+        assert run("check", name, cwd=spec.parent).stdout.startswith(f"{name}: spec s, ")
+    assert len(decided) == 3
+
+
 def test_all_programs_that_are_looked_for_are_among_those_that_a_report_depends_on() -> None:
     assert set(PROGRAMS) == {*abc.NAMES, *nusmv.NAMES, *COMPILERS}
 
