@@ -41,9 +41,18 @@ def last_line(audit: Audit) -> str:
         verdict = (
             f"{len(audit.diverging)} of them diverge{'s' if len(audit.diverging) == 1 else ''}: {', '.join(kinds)}"
         )
-    missed = sum(bool(mission.error) for mission in audit.missions)
     missions, events = counted(len(audit.missions), "mission"), counted(total.events, "event")
-    return f"{audit.model.name}: {missions}, {events}; {verdict}" + (f"; {missed} not audited" if missed else "")
+    return "; ".join((f"{audit.model.name}: {missions}, {events}", verdict, *_unknown(audit)))
+
+
+def _unknown(audit: Audit) -> Iterator[str]:
+    """Yield what keeps a verdict from being about all that was recorded."""
+    if undecided := audit.total.undecided:
+        yield f"{counted(undecided, 'launch', 'launches')} undecided"
+    if mistakes := sum(mission.mistake_count for mission in audit.missions):
+        yield counted(mistakes, "mistake")
+    if missed := sum(bool(mission.error) for mission in audit.missions):
+        yield f"{missed} not audited"
 
 
 def _mission(model: Model, mission: MissionResult) -> Iterator[str]:

@@ -147,7 +147,7 @@ def test_mistakes_are_placed_and_what_can_be_audited_is(run: Run) -> None:
         "text.jsonl: no line of it is an event: write one JSON object a line",
     ]
     assert told_of[2].startswith("odd.jsonl:2: bad-event: the line is not JSON: ")
-    assert done.stdout.endswith("crane: 4 missions, 5 events; nothing diverges; 2 not audited\n")
+    assert done.stdout.endswith("crane: 4 missions, 5 events; nothing diverges; 3 mistakes; 2 not audited\n")
 
 
 def test_a_mission_from_standard_input(run: Run) -> None:
@@ -160,6 +160,7 @@ def test_what_is_undecided_is_status_3(run: Run) -> None:
     done = run("audit", "crane.exo", "-", "--engine", "tables", input='{"launch": "hoist.lift"}')
     assert done.returncode == 3
     assert "  note: 1 launch undecided: no arguments are recorded\n" in done.stdout
+    assert done.stdout.endswith("crane: 1 mission, 0 events; nothing diverges; 1 launch undecided\n")
 
 
 def test_without_a_compiler(run: Run) -> None:
