@@ -27,6 +27,8 @@ from exover.source import STDIN
 
 def run(arguments: argparse.Namespace) -> int:
     """Audit the missions, print the findings, and return the exit status."""
+    if arguments.out:
+        _refuse_table(arguments.out)
     model = read_spec(arguments.spec)
     binding = binding_of(arguments.bind, model) if arguments.bind else None
     with ExitStack() as stack:
@@ -102,13 +104,17 @@ def _audited(job: Job, missions: Paths, arguments: argparse.Namespace) -> list[M
             raise CliError(str(reason)) from reason
 
 
+def _refuse_table(path: str) -> None:
+    """Raise `CliError` as far as it can be known before any work is done that the table cannot be written."""
+    refuse_unwritable(path)
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise CliError(f"cannot write {path}: it is no regular file")
+
+
 def _write_table(found: list[MissionResult], path: str) -> None:
     """Write all rows to a file, whole or not at all; raises `CliError`."""
     from exover.audit.table import merge
 
-    refuse_unwritable(path)
-    if os.path.exists(path) and not os.path.isfile(path):
-        raise CliError(f"cannot write {path}: it is no regular file")
     target = os.path.realpath(path)
     try:
         os.makedirs(os.path.dirname(target), exist_ok=True)

@@ -20,7 +20,7 @@ from exover.checks.schedule.plan import CheckPlan
 from exover.cli.answer_cache import answers_of
 from exover.cli.arguments import outputs_of
 from exover.cli.engines import engines_of
-from exover.cli.files import load_spec, read_properties, shown, write_all, write_one
+from exover.cli.files import load_spec, read_properties, refuse_unwritable, shown, write_all, write_one
 from exover.cli.live import Live
 from exover.cli.overwriting import refuse_overwriting
 from exover.cli.policy import asked_by, configured, read_policy
@@ -236,6 +236,8 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
     outputs = [
         file for file in outputs_of(arguments) if os.path.isfile(file) or not os.path.exists(file)
     ]  # others take any number
+    for file in outputs_of(arguments):
+        refuse_unwritable(file, "--certificate" if file == arguments.certificate else "--output")
     files = [os.path.realpath(file) for file in outputs]
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:

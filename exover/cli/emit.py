@@ -10,7 +10,7 @@ from exover.checks.questions.choice import ERRORS, asked
 from exover.checks.schedule.plan import CheckPlan
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
-from exover.cli.files import read_spec, shown, write_all
+from exover.cli.files import read_spec, refuse_closed, shown, write_all
 from exover.cli.neighbours import neighbours, refuse_foreign_crate, spared
 from exover.cli.overwriting import refuse_overwriting
 from exover.cli.status import CliError, ExitStatus
@@ -35,6 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     Waivers and baselines do not count here, since tables are marked as checked. Targets in QUESTIONS are written
     whatever the verdict is, unless tables are emitted with them.
     """
+    refuse_closed(arguments.out, arguments.out)
     targets = tuple(dict.fromkeys(target for listed in arguments.target for target in listed.split(",")))
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if set(targets) <= set(QUESTIONS):

@@ -224,8 +224,12 @@ def refuse_unwritable(path: str, option: str = "--out") -> None:
             return
     except OSError as error:
         raise CliError(f"cannot write {path}: {error.strerror}") from error
-    own = os.path.dirname(os.path.realpath(path))
-    nearest = next(each for each in (Path(own), *Path(own).parents) if each.exists())
+    refuse_closed(os.path.dirname(os.path.realpath(path)), path)
+
+
+def refuse_closed(folder: str, path: str) -> None:
+    """Raise `CliError` if a folder takes no files, and neither can be made; `path`: what was to be written."""
+    nearest = next(each for each in (Path(folder), *Path(folder).absolute().parents) if each.exists())
     if not nearest.is_dir():
         raise CliError(f"cannot write {path}: {os.strerror(errno.ENOTDIR)}")
     if not os.access(nearest, os.W_OK | os.X_OK):

@@ -3,7 +3,7 @@
 import argparse
 
 from exover.cli.check import STATUS
-from exover.cli.files import read_spec, shown, write_one
+from exover.cli.files import read_spec, refuse_unwritable, shown, write_one
 from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.limits import Limits, TimeUp, interrupted, limits_from
@@ -15,6 +15,7 @@ from exover.swap.prove import SwapAnswer
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what was proved, write the map if NEW may take over, and return the status of the verdict."""
+    refuse_unwritable(arguments.out)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
         with interrupted(limits), ProgressLine() as progress:

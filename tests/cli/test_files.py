@@ -18,7 +18,7 @@ from exover.cli.status import CliError
 from exover.emit.artefact import Artefact
 from tests.cli.specs import DEAF
 from tests.support import warm
-from tests.support.command import environment
+from tests.support.command import Run, environment
 
 TWO = (Artefact("a.h", b"1\n"), Artefact("b.c", b"2" * 5000))
 
@@ -204,6 +204,28 @@ def test_a_folder_that_takes_no_files() -> None:
         write_all("/proc/self", TWO)
     with pytest.raises(CliError, match="cannot write /proc/none: No such file or directory"):
         write_all("/proc/none", TWO)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check demo.exo --output text=a.txt --output json=demo.exo/a",
+        "check demo.exo --output json=folder",
+        "check demo.exo --certificate demo.exo/a",
+        "emit demo.exo --target bin --out demo.exo/a",
+        "swap demo.exo demo.exo --out demo.exo/a",
+        "report demo.exo --out demo.exo/a",
+        "diff demo.exo demo.exo --out demo.exo/a",
+        "audit demo.exo events --out demo.exo/a",
+    ],
+)
+def test_what_cannot_be_written_is_told_before_anything_is_read(run: Run, spec: Path, command: str) -> None:
+    (spec.parent / "folder").mkdir()
+    spec.write_text("no spec")
+    done = run(*command.split())
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("exover: error: cannot write ")
 
 
 def test_folders_below_are_made_or_left_away(tmp_path: Path) -> None:
