@@ -121,8 +121,8 @@ class Compared:
         return None if any(each.change.weaker for each in self.undecided) else False
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Sentences on what is not compared, or only in part."""
+    def left_out(self) -> tuple[str, ...]:
+        """Sentences on events that only one version has or may get, which are not compared."""
         alone = [
             f"{side} alone has {', '.join(self.versions.alone(number))}: what is answered about it is not compared, "
             "what it does to others is"
@@ -130,6 +130,12 @@ class Compared:
             if self.versions.alone(number)
         ]
         old, new = (tuple(each.formula for each in found.assumptions) for found in self.properties)
+        assumed = ["the assumptions differ: only steps that both allow are compared"] if old != new else []
+        return (*alone, *self.versions.narrowed(), *assumed)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on what is not compared, or only in part."""
         single = [
             f"{side} alone has the properties {', '.join(names)}"
             for side, names in (("OLD", self._properties_without("new")), ("NEW", self._properties_without("old")))
@@ -139,8 +145,7 @@ class Compared:
         after = {each.name: each.formula for each in self.properties[1].properties}
         other = [name for name, formula in after.items() if before.get(name, formula) != formula]
         restated = [f"NEW states otherwise the properties {', '.join(other)}"] if other else []
-        assumed = ["the assumptions differ: only steps that both allow are compared"] if old != new else []
-        return (*alone, *self.versions.narrowed(), *assumed, *single, *restated)
+        return (*self.left_out, *single, *restated)
 
     def _properties_without(self, side: str) -> list[str]:
         return [each.name for each in self.judged if getattr(each, side) == "none"]

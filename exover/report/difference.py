@@ -103,7 +103,8 @@ def last_line(compared: Compared) -> str:
     """Return the verdict with counts, in one line."""
     match compared.verdict:
         case "same":
-            return "no change of behaviour: proved for every run"
+            within = " within what is compared" if compared.left_out else ""
+            return f"no change of behaviour{within}: proved for every run"
         case "unknown":
             open_ = len(compared.undecided) + sum(each.unknown for each in compared.judged)
             return f"unknown: {counted(open_, 'question has', 'questions have')} no answer, and no change is known"
@@ -116,8 +117,9 @@ def last_line(compared: Compared) -> str:
 
 
 def _weaker(compared: Compared) -> str:
+    within = ", within what is compared" if compared.left_out else ""
     return {
         True: "NEW launches what OLD refuses or lets wait",
-        False: "NEW launches nothing that OLD refuses or lets wait",
+        False: f"NEW launches nothing that OLD refuses or lets wait{within}",
         None: "whether NEW launches what OLD refuses or lets wait is not known",
     }[compared.weaker]

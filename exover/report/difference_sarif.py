@@ -33,7 +33,12 @@ def render(compared: Compared) -> str:
                 "invocations": [{"executionSuccessful": True}],
                 "columnKind": "unicodeCodePoints",
                 "results": results,
-                "properties": {"verdict": compared.verdict, "old": compared.files[0], "new": compared.files[1]},
+                "properties": {
+                    "verdict": compared.verdict,
+                    "old": compared.files[0],
+                    "new": compared.files[1],
+                    "notes": list(map(escaped, compared.notes)),
+                },
             }
         ]
     )

@@ -172,6 +172,27 @@ def test_a_weaker_spec_is_denied(new: str, status: int, run, tmp_path: Path) -> 
     assert done.returncode == status, done.stdout
 
 
+@pytest.mark.parametrize("form", ["text", "markdown"])
+@pytest.mark.parametrize("new", [OLD.replace("0 .. 2", "0 .. 3"), OLD + "module other { request work(); }"])
+def test_what_one_version_alone_takes_is_not_said_to_be_unchanged(new: str, form: str, run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    for text, within in ((new, " within what is compared"), (OLD, "")):
+        (tmp_path / "new.exo").write_text(text)
+        done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", form)
+        assert f"no change of behaviour{within}: proved for every run" in done.stdout
+        (tmp_path / "new.exo").write_text(text.replace("<= 1", "<= 0.9"))
+        done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", form)
+        assert f"NEW launches nothing that OLD refuses or lets wait{within and f',{within}'}" in done.stdout
+
+
+def test_the_notes_stand_in_every_format(run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(OLD + "module other { request work(); }")
+    for form in ("text", "markdown", "json", "sarif"):
+        done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", form)
+        assert "NEW alone has other.work" in done.stdout
+
+
 @pytest.mark.parametrize(
     ("new", "options", "message"),
     [
