@@ -205,11 +205,20 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
     return ""
 
 
-def event_bounds(built: Build) -> "EventBounds":
-    """Return bounds on the costs of each event, with the method by which they were found."""
-    from exover.engines.aig.costs import tightened
+def event_bounds(built: Build, limits: "Limits | None" = None) -> "EventBounds":
+    """Return bounds on the costs of each event, with the method by which they were found.
 
-    return tightened(built.compiled)
+    They are those of the tables alone if the time is over before.
+    """
+    from exover.bounds.events import bounds
+    from exover.engines.aig.costs import tightened
+    from exover.limits import NO_LIMITS, TimeUp, interrupted
+
+    try:
+        with interrupted(limits or NO_LIMITS):
+            return tightened(built.compiled)
+    except TimeUp:
+        return bounds(built.tables)
 
 
 def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progress: Callable[[str], None]) -> bytes:

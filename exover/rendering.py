@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from exover.checks.run import CheckOutcome
     from exover.diagnostics import Severity
     from exover.graph.interactions import InteractionGraph
+    from exover.limits import Limits
     from exover.model.difference import Compared
     from exover.report.recorded import Recorded
     from exover.report.several import ReportFormat
@@ -34,40 +35,41 @@ def summarise(
     bounded: bool = False,
     properties: Properties | None = None,
     skipped: tuple[str, ...] = (),
+    limits: "Limits | None" = None,
 ) -> "Summary":
     """Return the content of a report: the findings, and the sizes of the spec and of its tables, if these were made.
 
     `outcome`: the findings, None if no check was asked. `counted`: the severities that decide the verdict.
     With `bounded`, bounds on the costs of events and calls are added. `properties`: those that were checked, if any;
-    `skipped`: the checks that were not asked.
+    `skipped`: the checks that were not asked; `limits`: of the time that is left for bounds.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
     findings, bits, states = (outcome.findings, outcome.state_bits, outcome.states) if outcome else ((), None, None)
     figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), bits, states)
-    tables = None if built is None else table_figures(built, bounded)
+    tables = None if built is None else table_figures(built, bounded, limits)
     return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
 
 
-def table_figures(built: Build, bounded: bool) -> "TableFigures":
+def table_figures(built: Build, bounded: bool, limits: "Limits | None" = None) -> "TableFigures":
     """Return the sizes of tables; with `bounded`, also bounds on the costs of events and calls."""
     from exover.bounds.sizes import ram_bytes
     from exover.report.summary import TableFigures
 
     figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
-    bounds = _bound_figures(built) if bounded else None
+    bounds = _bound_figures(built, limits) if bounded else None
     ram = ram_bytes(built.tables)
     return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram, digest, bounds)
 
 
-def _bound_figures(built: Build) -> "BoundFigures":
+def _bound_figures(built: Build, limits: "Limits | None") -> "BoundFigures":
     from exover.bounds.sizes import STACK_TARGET, stack_bytes
     from exover.report.summary import BoundFigures, EventFigures
 
     index = ModelIndex(built.model)
     requests = index.requests
-    found = event_bounds(built)
+    found = event_bounds(built, limits)
     named = [
         *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
         *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),

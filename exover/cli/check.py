@@ -40,7 +40,7 @@ from exover.places import named_after
 from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import ReportFormat, joined
-from exover.report.summary import ERRORS, Summary, Unchecked
+from exover.report.summary import ERRORS, Summary, TableFigures, Unchecked
 from exover.source import Source
 
 BY_NAME: tuple[ReportFormat, ...] = ("sarif", "junit")
@@ -128,9 +128,16 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     judged = replace(outcome, findings=_judged(outcome, policy, model))
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     summary = summarise(
-        file, model, built, judged, counted, bounded=arguments.bounds, properties=properties, skipped=plan.skipped
+        *(file, model, built, judged, counted),
+        bounded=arguments.bounds,
+        properties=properties,
+        skipped=plan.skipped,
+        limits=limits,
     )
-    status = _status(arguments, summary, built, written, outcome.interrupted)
+    figures = summary.tables
+    if built and figures and arguments.max_tests is not None and not figures.bounds:
+        figures = table_figures(built, bounded=True, limits=limits)
+    status = _status(arguments, summary, figures, written, outcome.interrupted)
     return Examined(summary, status, source, built, len(outcome.recalled))
 
 
@@ -143,12 +150,12 @@ def _judged(outcome: CheckOutcome, policy: Policy, model: Model) -> tuple[Findin
 
 
 def _status(
-    arguments: argparse.Namespace, summary: Summary, built: Build | None, written: ExitStatus, stopped: bool
+    arguments: argparse.Namespace, summary: Summary, figures: TableFigures | None, written: ExitStatus, stopped: bool
 ) -> ExitStatus:
     """Return the exit status; complain of each budget that is exceeded."""
     if stopped or written is ExitStatus.INTERRUPTED:
         return ExitStatus.INTERRUPTED
-    exceeded = list(_exceeded(arguments, built)) if built else []
+    exceeded = list(_exceeded(arguments, figures)) if figures else []
     for complaint in exceeded:
         complain(f"exover: error: {complaint}")
     if exceeded or summary.verdict == "violated":
@@ -156,10 +163,9 @@ def _status(
     return written or STATUS[summary.verdict]
 
 
-def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
+def _exceeded(arguments: argparse.Namespace, figures: TableFigures) -> Iterator[str]:
     """Yield a message for each budget of the command line that the tables exceed."""
-    figures = table_figures(built, bounded=arguments.max_tests is not None)
-    if figures.bounds:
+    if figures.bounds and arguments.max_tests is not None:
         tests, event = figures.bounds.worst("tests")
         if tests > arguments.max_tests:
             yield f"an event may take {tests} tests ({event}), but --max-tests is {arguments.max_tests}"

@@ -28,6 +28,18 @@ def test_bounds_in_json_stand_behind_the_other_keys(run, spec):
     assert set(subjects) <= {event["event"] for event in bounds["events"]}
 
 
+@pytest.mark.parametrize("options", [("--bounds",), ("--max-tests", "1000")])
+def test_the_time_limit_is_for_bounds_too(run, spec, options, monkeypatch):
+    def endless(compiled):
+        while True:
+            pass
+
+    monkeypatch.setattr("exover.engines.aig.costs.tightened", endless)
+    done = run("check", spec, "--only", "safety", "--timeout", "5", *options)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ("by the longest paths of the tables" in done.stdout) is ("--bounds" in options)
+
+
 @pytest.mark.parametrize("option", ["--max-tests", "--max-rom", "--max-ram"])
 def test_a_limit_that_is_exceeded_is_status_1(run, spec, option):
     tables = json.loads(run("check", spec, "--format", "json", "--bounds").stdout)["tables"]
