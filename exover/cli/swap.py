@@ -18,8 +18,9 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_unwritable(arguments.out)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
-        with interrupted(limits), ProgressLine() as progress:
-            old, new = (build(read_spec(path)) for path in (arguments.old, arguments.new))
+        with ProgressLine() as progress:
+            with interrupted(limits):
+                old, new = (build(read_spec(path)) for path in (arguments.old, arguments.new))
             progress("rules")
             content, answer = swap(old, new, lambda asked: _verdicts(old, asked, limits, progress))
     except TimeUp:
@@ -34,6 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: ProgressLine) -> dict[str, Verdict]:
+    if limits.left <= 0:
+        raise TimeUp
     findings = property_findings(old, Properties(asked), progress, limits)
     return {finding.subject: finding.verdict for finding in findings}
 

@@ -1,8 +1,13 @@
 """`exover swap`: what it proves, names and refuses, and with which status."""
 
+from contextlib import suppress
 from pathlib import Path
+from time import sleep
+from types import SimpleNamespace
 
 import pytest
+
+from exover.limits import TimeUp, interrupted
 
 HEAD = "spec {name}; poster speed: real in 0 .. 2 = 0;"
 OLD = "module m { request a(); request b(); request c(v: int in 0 .. 3) instances 2; } mutex ab: m.a, m.b;"
@@ -74,3 +79,20 @@ def test_ctrl_c_ends_it_and_nothing_is_written(run, tmp_path, monkeypatch) -> No
     done = run("swap", write(tmp_path, "old", OLD), write(tmp_path, "new", OLD), "--out", tmp_path / "map", "--jobs", 1)
     assert (done.returncode, done.stdout) == (130, "")
     assert not (tmp_path / "map").exists()
+
+
+def test_no_more_is_asked_when_the_time_is_over(run, tmp_path, monkeypatch) -> None:
+    asked: list[int] = []
+
+    def late(old, properties, progress, limits):
+        asked.append(len(properties.properties))
+        with suppress(TimeUp), interrupted(limits):
+            sleep(60)
+        return tuple(SimpleNamespace(subject=each.name, verdict="unknown") for each in properties.properties)
+
+    monkeypatch.setattr("exover.cli.swap.property_findings", late)
+    paths = write(tmp_path, "old", OLD), write(tmp_path, "new", OLD + "mutex ac: m.a, m.c;")
+    done = run("swap", *paths, "--out", tmp_path / "map", "--timeout", "2")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr == "exover: error: time limit of 2 s: nothing is written\n"
+    assert len(asked) == 1 and not (tmp_path / "map").exists()
