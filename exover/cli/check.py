@@ -128,7 +128,11 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     judged = replace(outcome, findings=_judged(outcome, policy, model))
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     summary = summarise(
-        *(file, model, built, judged, counted),
+        file,
+        model,
+        built,
+        judged,
+        counted,
         bounded=arguments.bounds,
         properties=properties,
         skipped=plan.skipped,
