@@ -5,11 +5,14 @@ which the actual state does not break is skipped: the checker would not have rea
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby, islice, pairwise
 
 from exover.dataclass import dataclass
-from exover.explain.interventions import Intervention, Interventions, merged
-from exover.explain.relevance import Factor, Mention, concern_of, concern_of_names, quantities
+from exover.explain.intervals import Interval
+from exover.explain.interventions import Intervention, Interventions, at_sample, merged
+from exover.explain.paths import Surroundings
+from exover.explain.relevance import Factor, Mention, compared_anywhere, concern_of, concern_of_names, quantities
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.explanation import Counterfactual, CounterfactualSearch
 from exover.model.semantics import Reference
@@ -87,7 +90,7 @@ class Trials:
     tried: int = 0
 
     def __post_init__(self) -> None:
-        self._verdict = self._decided(self.state, self.event)
+        self._compared = compared_anywhere(self.reference.model)
         self._outcome = outcome_of(self.event, self.actions)
         self._broken = self.reference.broken(self.state)
 
@@ -99,30 +102,39 @@ class Trials:
     def options(self, quantity: Factor, after: "Intervention | None" = None) -> Iterator[Intervention]:
         """Yield the interventions on a quantity, in the actual state or after a first intervention."""
         state, event = (after.state, after.event) if after else (self.state, self.event)
-        return Interventions(self.reference.model, state, event, self.mentions).of(quantity)
+        model = self.reference.model
+        return Interventions(model, state, event, self.mentions, self._compared, self._answer).of(quantity)
 
     def answer(self, option: Intervention) -> tuple[Action, ...] | None:
         """Return the answer after a change if it is changed and the change breaks no more rules; else None."""
         self.tried += 1
-        state = self.reference.latched(option.state)
-        if self.reference.validate(state, option.event):
+        return self._answer(option.state, option.event)
+
+    def _answer(self, state: State, event: Event) -> tuple[Action, ...] | None:
+        state = self.reference.latched(state)
+        if self.reference.validate(state, event):
             return None
-        if self._verdict is not None and self._decided(state, option.event) == self._verdict:
-            return None  # decided as before: no need to take the whole step
-        _, actions = self.reference.step(state, option.event)
-        if not turned(self.event, self._outcome, outcome_of(option.event, actions)):
+        _, actions = self.reference.step(state, event)
+        if not turned(self.event, self._outcome, outcome_of(event, actions)):
             return None
         return actions if self.reference.broken(state) <= self._broken else None
 
-    def _decided(self, state: State, event: Event) -> str | None:
-        """Return the decision on the newcomer of an ask: launch, wait or reject; None for another event."""
-        if not isinstance(event, Ask):
-            return None
-        request = self.reference.model.request[event.request]
-        if state.places[event.request] and not request.interrupts_self:
-            return "reject"
-        verdict = self.reference.decide(state, request, event.args).verdict
-        return "wait" if verdict in ("clear", "settle") else verdict
+    def independent(self, one: Intervention, other: Intervention) -> bool:
+        """Return whether all numbers of one option have one answer with all of another, which is taken after it."""
+        state, event = other.state, other.event
+        noted: list[tuple[Surroundings, Interval]] = []
+        for option in (one, other):
+            if option.interval and option.put:
+                near = Surroundings(option.interval.sample)
+                noted.append((near, option.interval))
+                state, event = option.put(state, event, near.probe())
+        self._answer(state, event)
+        return all(not near.joint and near.hold(interval.low, interval.high) for near, interval in noted)
+
+
+def said(actions: Iterable[Action]) -> tuple[Action, ...]:
+    """Return what is said of an answer, whatever the values are with which something is launched."""
+    return tuple(replace(action, args=()) if isinstance(action, Launched) else action for action in actions)
 
 
 def search(reference: Reference, state: State, event: Event, first: Iterable[str]) -> CounterfactualSearch:
@@ -160,15 +172,15 @@ def _singles(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
                 break
             results.append((option, trials.answer(option)))
         for whole, group in groupby(results, key=lambda result: result[0].whole):
-            yield from _told(trials.event, whole, list(group))
+            yield from _told("" if trials.spent else whole, list(group))
 
 
-def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Counterfactual]:
+def _told(whole: str, results: list[Result]) -> Iterator[Counterfactual]:
     """Yield the counterfactuals among the results for one quantity.
 
-    Adjacent intervals of a number with one outcome make one, and so do all results of a `whole` with one outcome.
+    Adjacent intervals of a number with one answer make one, and so do all results of a `whole` with one answer.
     """
-    outcomes = [None if answer is None else outcome_of(event, answer) for _, answer in results]
+    outcomes = [None if answer is None else said(answer) for _, answer in results]
     if whole and len(set(outcomes)) == 1:
         yield from (Counterfactual((whole,), answer) for _, answer in results[:1] if answer is not None)
         return
@@ -202,35 +214,42 @@ def _pair(trials: Trials, first: Factor, second: Factor) -> Counterfactual | Non
                 return None
             answer = trials.answer(other)
             if answer is not None:
-                alike = _Alike(trials, outcome_of(other.event, answer), second)
-                beside = list(alike.grown(others[number:]))
-                last = alike.last_with(ones[place:], beside)
-                return Counterfactual((merged(one, last), merged(other, beside[-1])), answer)
+                together = trials.independent(one, other)
+                alike = _Alike(trials, said(answer), second, together)
+                beside = list(alike.grown(one, others[number:]))
+                last = alike.last_with(ones[place:], beside) if together else one
+                text = merged(one, last) if together else at_sample(one).text
+                return Counterfactual((text, merged(other, beside[-1])), answer)
     return None
 
 
 @dataclass(frozen=True, slots=True)
 class _Alike:
-    """Finds a rectangle of intervals of two numbers in which all combinations have one outcome."""
+    """Finds a rectangle of intervals of two numbers in which all combinations have one answer.
+
+    Unless `together`: an interval of the second number, for the value of the first that was tried.
+    """
 
     trials: Trials
-    outcome: AnswerOutcome
+    said: tuple[Action, ...]
     second: Factor
+    together: bool
 
-    def _has(self, option: Intervention) -> bool:
-        answer = None if self.trials.spent else self.trials.answer(option)
-        return answer is not None and outcome_of(option.event, answer) == self.outcome
+    def _has(self, one: Intervention, other: Intervention) -> bool:
+        answer = None if self.trials.spent else self.trials.answer(other)
+        same = answer is not None and said(answer) == self.said
+        return same and (not self.together or self.trials.independent(one, other))
 
-    def grown(self, others: Sequence[Intervention]) -> Iterator[Intervention]:
-        """Yield the first of the options of the second number, and those adjacent that follow with the same outcome."""
+    def grown(self, one: Intervention, others: Sequence[Intervention]) -> Iterator[Intervention]:
+        """Yield the first of the options of the second number, and those adjacent that follow with the same answer."""
         yield others[0]
         for before, option in pairwise(others):
-            if not (before.meets(option) and self._has(option)):
+            if not (before.meets(option) and self._has(one, option)):
                 return
             yield option
 
     def last_with(self, ones: Sequence[Intervention], beside: Sequence[Intervention]) -> Intervention:
-        """Return the last adjacent option of the first number with the outcome for each option in `beside`."""
+        """Return the last adjacent option of the first number with the answer for each option in `beside`."""
         last = ones[0]
         wanted = [each.interval for each in beside]
         for option in ones[1:]:
@@ -238,7 +257,7 @@ class _Alike:
                 break
             others = [each for each in self.trials.options(self.second, after=option) if each.interval in wanted]
             same = [each.text for each in others] == [each.text for each in beside]
-            if not (same and all(map(self._has, others))):
+            if not (same and all(self._has(option, other) for other in others)):
                 break
             last = option
         return last

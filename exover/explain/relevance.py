@@ -23,8 +23,9 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
+    leaves,
 )
-from exover.model.model import Model
+from exover.model.model import Consumption, Model, Share
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -33,6 +34,10 @@ from exover.model.types import Value
 Kind = Literal["given", "reading", "level", "slot", "place", "past", "last"]
 ValueKey = tuple[str, str]
 """The request and the name of a parameter or result; "" and the name of a reading or level."""
+
+
+Conditions = list[tuple[Cond, str]]
+"""Each with the request whose parameters it reads, or ""."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +88,29 @@ def _mentions(cond: Cond, subject: str, own: str) -> Iterator[Mention]:
             assert_never(cond)
 
 
+def compared(mentions: Iterable[Mention]) -> frozenset[ValueKey]:
+    """Return the parameters and results that comparisons read."""
+    sides = [(mention, side) for mention in mentions for side in (mention.compare.left, mention.compare.right)]
+    keys = {_key(mention, term) for mention, side in sides for term in leaves(side)}
+    return frozenset(key for key in keys if key and key[0])
+
+
+def compared_anywhere(model: Model) -> frozenset[ValueKey]:
+    """Return the parameters and results with which anything in a model is compared: arguments of required launches
+    are with those that are active or wait.
+    """
+    conditions: Conditions = [(latch.condition, "") for latch in model.latches]
+    conditions += [(launch.condition, "") for launch in model.launches]
+    conditions += [(rule.condition, rule.slot_of or "") for rule in model.rules]
+    for request in model.requests:
+        conditions += [(guard.condition, request.name) for guard in request.guards]
+        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
+        conditions += [(clause.when, request.name) for clause in clauses if clause.when]
+    found = compared(mention for cond, subject in conditions for mention in _mentions(cond, subject, ""))
+    required = {launch.request for launch in model.launches}
+    return found | {(name, field.name) for name in required for field in model.request[name].params}
+
+
 # ---- what was in question ----
 
 
@@ -117,17 +145,16 @@ def concern_of_names(model: Model, state: State, names: Iterable[str]) -> Releva
     return _concern(model, state, *_of_names(model, frozenset(names)))
 
 
-Conditions = list[tuple[Cond, str]]
-
-
 def _of_names(model: Model, names: Collection[str]) -> tuple[Conditions, set[Read]]:
     """Return the conditions of the items of these names, and what the rules and resources among them read besides."""
-    found: Conditions = [(launch.condition, "") for launch in model.launches if launch.name in names]
+    launches = [launch for launch in model.launches if launch.name in names]
+    found: Conditions = [(launch.condition, "") for launch in launches]
     for request in model.requests:
         found += [(guard.condition, request.name) for guard in request.guards if guard.name in names]
     rules = [rule for rule in model.rules if rule.name in names]
     found += [(rule.condition, rule.slot_of or "") for rule in rules]
     named = {read for rule in rules for read in rule_reads(rule)}
+    named |= {Read(kind, launch.request) for launch in launches for kind in ("active", "waiting")}
     return found, named | {Read("level", name) for name in model.resource if name in names}
 
 
@@ -210,8 +237,7 @@ def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], 
     that the event observes is taken as read already.
     """
     if isinstance(event, Observe):
-        level = event.name in state.levels
-        state = state.with_level(event.name, int(event.value)) if level else state.with_reading(event.name, event.value)
+        state = state.with_observed(event.name, event.value)
     found: set[Fraction] = set()
     for mention in mentions:
         terms = [*_linear(mention.compare.left, 1), *_linear(mention.compare.right, -1)]

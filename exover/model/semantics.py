@@ -95,8 +95,7 @@ class Reference(Decisions):
                 return step.so(self._latch(self._end(state, event), cleared_by))
             case Observe(name, value, broken):
                 faults = (Invalid("out-of-range", f"taken as {value}"),) if broken else ()
-                level = name in state.levels
-                state = state.with_level(name, int(value)) if level else state.with_reading(name, value)
+                state = state.with_observed(name, value)
                 return step.so(self._latch(state, cleared_by=None), *faults)
             case Abort(name, slot):
                 return self._kill(step, [(name, slot)], Reason("abort"))

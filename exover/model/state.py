@@ -84,6 +84,13 @@ class State:
         """Return the state with this level of a consumable."""
         return replace(self, levels={**self.levels, resource: level})
 
+    def with_observed(self, name: str, value: Value) -> "State":
+        """Return the state in which a poster reads so, or a consumable has this level."""
+        if name not in self.levels:
+            return self.with_reading(name, value)
+        assert isinstance(value, int), "validated"
+        return self.with_level(name, value)
+
     def with_past(self, request: str, values: Args | None) -> "State":
         """Return the state with this past of a request."""
         return replace(self, past={**self.past, request: values})

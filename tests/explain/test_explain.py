@@ -94,7 +94,7 @@ def test_a_rejection_by_a_guard() -> None:
         "      used(power) > 100 is true: used(power) = 105 (nd.goto 60, arm.move 45)",
         "    remedy wait is taken: it always applies",
         "",
-        "what would have turned the answer (11 changes tried):",
+        "what would have turned the answer (12 changes tried):",
         "  if arm.move were idle: launch nd.goto(x = 1, y = 2, v = 0.9)",
         "  if the asked v were <= 0.5: wait nd.goto [power]",
     ]
@@ -408,6 +408,46 @@ def test_ends_of_regions_are_doubles() -> None:
         math.nextafter(-1e300, -math.inf),
         math.nextafter(1e300, math.inf),
     ]
+
+
+def test_an_interval_without_its_end_is_told_as_such() -> None:
+    kind = Real(0.0, 2.0)
+    low, _, high = intervals(kind, {Fraction(0), Fraction(2)}, 1.0)[:3]
+    assert (low.low, low.high) == (0.0, 0.0)
+    (inner,) = [each for each in intervals(kind, {Fraction(0), Fraction(1)}, 0.0) if each.high == 1.0 and each.low < 1]
+    assert described(inner, inner, kind) == "> 0 and < 1"
+    assert described(Interval(1.0, 2.0, True, False, 1.5), high, kind) == ">= 1"
+    assert described(Interval(1.0, 2.0, True, False, 1.5), Interval(1.0, 2.0, True, False, 1.5), kind) == ">= 1 and < 2"
+
+
+STOCK = Source(
+    "stock.exo",
+    """spec stock; poster wind: int in 0 .. 500 = 0; poster gust: int in 0 .. 500 = 0; poster dark: bool = false;
+resource ammo: 100 consumable = 6;
+module m { request fire() { consumes ammo 5; } request lamp(n: int in 0 .. 100); request fly(); }
+forbid empty: active(m.fire) and level(ammo) < 3;
+forbid calm: active(m.fly) and (wind <= 450 or wind + gust < 900);
+launch home: m.lamp(7) when dark;
+""",
+)
+
+
+def test_an_interval_speaks_of_the_moment_in_which_the_newcomer_runs() -> None:
+    found = told('{"ask": "m.fire"}', spec=STOCK)
+    assert turns(found)[("level(ammo) were >= 8",)] == ["Launched"]
+    assert last_answer(observe("ammo", 8), '{"ask": "m.fire"}', spec=STOCK)[0]["launch"] == "m.fire"
+    assert last_answer(observe("ammo", 7), '{"ask": "m.fire"}', spec=STOCK)[0]["reject"] == "m.fire"
+
+
+def test_two_numbers_that_are_added_are_told_for_one_value_of_the_first() -> None:
+    found = told('{"ask": "m.fly"}', spec=STOCK)
+    assert turns(found) == {("wind were 451", "gust were >= 449"): ["Launched"]}
+
+
+def test_an_imagined_request_is_told_with_the_arguments_by_which_a_launch_rule_knows_it() -> None:
+    found = told(observe("dark", True), spec=STOCK)
+    assert turns(found)[("m.lamp were running with n = 0",)] == ["Rejected"]
+    assert ("m.lamp were running",) not in turns(found)  # with 7 it would be what `home` requires
 
 
 REFUSING = Source(

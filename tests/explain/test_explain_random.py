@@ -1,22 +1,23 @@
 """Explanations of random runs: every action has the verdict of the rule that it names, and every turn told is true."""
 
 import json
+import math
 import random
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import pytest
 
-from exover.explain.counterfactuals import outcome_of, turned
+from exover.explain.counterfactuals import CounterfactualReference, Trials, said
 from exover.explain.explain import accounts_of, explain
-from exover.explain.interventions import Intervention, Interventions
+from exover.explain.interventions import Intervention
 from exover.explain.recorder import watch
-from exover.explain.relevance import Factor, concern_of, quantities
+from exover.explain.relevance import concern_of, quantities
 from exover.explain.verdicts import RuleVerdicts
-from exover.model.event import Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
+from exover.model.event import Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.model import Model
 from exover.model.semantics import Reference
-from exover.model.state import State
+from exover.model.state import Slot, State
 from exover.model.wire_reading import read_event
 from exover.report.explanation import render_json, render_text
 from tests.support.engines import model_of
@@ -66,53 +67,79 @@ def test_a_watched_step_is_the_step_and_its_actions_have_their_verdicts(seed: in
     assert heard
 
 
-def put(state: State, event: Event, quantity: Factor, value: int | float) -> tuple[State, Event]:
-    """Return the state and the event with a number as this quantity."""
-    match quantity.kind, event:
-        case "reading", _:
-            return state.with_reading(quantity.name, value), event
-        case "level", _:
-            return state.with_level(quantity.name, int(value)), event
-        case "given", Ask(args=old):
-            return state, replace(event, args=(*old[: quantity.index], value, *old[quantity.index + 1 :]))
-        case "given", Report(results=old):
-            return state, replace(event, results=(*old[: quantity.index], value, *old[quantity.index + 1 :]))
-        case _:
-            return state, Observe(quantity.name, value)
+def trials_of(model: Model, state: State, event: Event) -> Trials:
+    reference = CounterfactualReference(model)
+    _, actions = reference.step(state, event)
+    mentions = concern_of(reference, state, event, actions).mentions()
+    return Trials(reference, state, event, actions, mentions, 1_000_000)
 
 
 def numbers(option: Intervention, dice: random.Random) -> Iterator[int | float]:
-    """Yield the ends of an option's interval that are in it, and a number between them."""
+    """Yield numbers of an option's interval: its first and last one, and one between them."""
     interval = option.interval
     assert interval is not None
-    inside = dice.uniform(max(interval.low, -1e6), min(interval.high, 1e6))
-    found = [interval.low] * interval.low_closed + [interval.high] * interval.high_closed
-    found += [inside] if interval.low < inside < interval.high else []
-    yield from (int(number) if isinstance(interval.sample, int) else number for number in found)
+    if isinstance(interval.sample, int):
+        yield from (int(interval.low), int(interval.high), dice.randint(int(interval.low), int(interval.high)))
+        return
+    first = interval.low if interval.low_closed else math.nextafter(interval.low, math.inf)
+    last = interval.high if interval.high_closed else math.nextafter(interval.high, -math.inf)
+    yield from (first, last, dice.uniform(max(first, -1e6), min(last, 1e6)) if first < 1e6 and last > -1e6 else first)
 
 
-@pytest.mark.parametrize("seed", (182, 1, 2, 3, 5))
-def test_all_numbers_of_a_region_turn_the_answer_or_none_does(seed: int) -> None:
-    """What is told of a interval is tried on one number of it only."""
+def answers_to(trials: Trials, option: Intervention, numbers: Iterable[int | float]) -> Iterator[object]:
+    assert option.put
+    for number in numbers:
+        state, event = option.put(trials.state, trials.event, number)
+        answer = trials.answer(replace(option, state=state, event=event))
+        yield answer if answer is None else said(answer)
+
+
+@pytest.mark.parametrize("seed", (182, 1, 2, 3, 10, 13, 46, 128))
+def test_all_numbers_of_an_interval_have_one_answer(seed: int) -> None:
+    """What is told of an interval is tried on one number of it only."""
     model = model_of(spec_of(seed))
-    reference, dice, compared = Reference(model), random.Random(seed), 0
+    dice, compared = random.Random(seed), 0
     for state, event in moments(model, seed, 40):
-        _, actions = reference.step(state, event)
-        before = outcome_of(event, actions)
-        concern = concern_of(reference, state, event, actions)
-        options = Interventions(model, state, event, concern.mentions())
+        trials = trials_of(model, state, event)
+        concern = concern_of(trials.reference, state, event, trials.actions)
         for quantity in quantities(state, event, concern):
-            for option in options.of(quantity):
+            for option in trials.options(quantity):
                 if option.interval is None:
                     continue
-                _, answer = reference.step(option.state, option.event)
-                for number in numbers(option, dice):
-                    other, changed = put(state, event, quantity, number)
-                    _, found = reference.step(other, changed)
+                found = set(answers_to(trials, option, (option.interval.sample, *numbers(option, dice))))
+                assert len(found) == 1, option.text
+                compared += 1
+    assert compared
+
+
+def other_arguments(model: Model, told: str, seed: int, slot: Slot, name: str) -> Iterator[Slot]:
+    """Yield a slot with other arguments, beside those that are told."""
+    stream, params = Stream(model, seed), model.request[name].params
+    for _ in range(20):
+        drawn = stream._values(params).values()
+        pairs = zip(params, slot.args, drawn, strict=True)
+        yield Slot(slot.phase, tuple(mine if f"{field.name} = " in told else other for field, mine, other in pairs))
+
+
+@pytest.mark.parametrize("seed", (1, 2, 5, 24, 69))
+def test_arguments_that_are_not_told_make_no_difference(seed: int) -> None:
+    model = model_of(spec_of(seed))
+    compared = 0
+    for state, event in moments(model, seed, 40):
+        trials = trials_of(model, state, event)
+        concern = concern_of(trials.reference, state, event, trials.actions)
+        for quantity in (each for each in quantities(state, event, concern) if each.kind == "slot"):
+            place = (quantity.name, quantity.index)
+            for option in trials.options(quantity):
+                slot = option.state.slots[quantity.name][quantity.index]
+                answer = trials.answer(option)
+                if slot is None or answer is None:
+                    continue
+                for other in other_arguments(model, option.predicate, seed, slot, quantity.name):
+                    changed = trials.answer(replace(option, state=option.state.with_slot(place, other)))
+                    assert changed is not None, option.text
+                    assert said(changed) == said(answer), option.text
                     compared += 1
-                    assert turned(event, before, outcome_of(event, found)) == turned(
-                        event, before, outcome_of(event, answer)
-                    )
     assert compared
 
 
