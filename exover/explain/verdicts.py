@@ -15,6 +15,7 @@ from exover.model.state import SlotId, State
 from exover.model.wording import remedy_text, slot_text
 
 NOW = "as things are"
+STOPPED = f"{NOW}, the stopping slots taken as idle"
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class RuleVerdicts:
         attempts = self._attempts(early, instance, newcomer.slot)
         if reference.true_either_way(final, instance):
             return self._rule_verdict(final, instance, demand, scene.without(newcomer.cleared), attempts)
-        if demand == "nothing" and len(with_it) > len(so_far):
+        if demand in ("nothing", "dismiss") and len(with_it) > len(so_far):
             return self._rule_verdict(early, instance, "clear", scene.without(so_far), attempts)
         if demand == "nothing":
             return self._rule_verdict(final, instance, demand, scene.without(newcomer.cleared))
@@ -164,7 +165,7 @@ class RuleVerdicts:
                     continue
                 kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
                 if slots is None or list(slots) in kills:
-                    scene = ImaginedScene({}, f"{NOW}, the stopping slots taken as idle")
+                    scene = ImaginedScene({}, STOPPED)
                     found.append(
                         self._rule_verdict(stopped, instance, demand, scene, self._attempts(stopped, instance, None))
                     )
@@ -172,9 +173,11 @@ class RuleVerdicts:
 
     def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:
         """Return the verdicts of the rules of these names on a state in which none of them is broken."""
-        wanted, scene = frozenset(names), ImaginedScene({}, NOW)
+        wanted, now, later = frozenset(names), ImaginedScene({}, NOW), ImaginedScene({}, STOPPED)
         return tuple(
-            self._rule_verdict(state, instance, "nothing", scene)
+            self._rule_verdict(state.once_stopped(), instance, "nothing", later)
+            if self.reference.true(state, instance)
+            else self._rule_verdict(state, instance, "nothing", now)
             for rule in self.reference.model.rules
             if rule.name in wanted
             for instance in self.reference.instances(state, rule)

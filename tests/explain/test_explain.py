@@ -246,6 +246,23 @@ def test_nothing_was_done() -> None:
     assert "  also power makes it wait" in still
 
 
+def test_a_rule_that_only_a_stopping_slot_breaks_is_read_with_that_idle() -> None:
+    spec = Source(
+        "s.exo",
+        "spec s; poster wind: int in 0 .. 40 = 0; module m { request lift() { fail when wind > 20; } }",
+    )
+    lines = text('{"ask": "m.lift"}', observe("wind", 30), observe("wind", 31), spec=spec)
+    assert lines[2:] == [
+        "why nothing was done: no rule that reads what has changed is broken",
+        "  m.lift.fail.1 does not object",
+        "    s.exo:1: fail when wind > 20;",
+        "    as things are, the stopping slots taken as idle",
+        "      active(m.lift) is false: m.lift is idle",
+        "",
+        "nothing that was tried would have turned the answer: 5 changes of up to 2 quantities",
+    ]
+
+
 @pytest.mark.parametrize(
     ("line", "code", "detail"),
     [

@@ -23,6 +23,7 @@ from exover.report.explanation import render_json, render_text
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.fuzz import spec_of
+from tests.support.small import small_spec_of
 
 SEEDS = range(12)
 BY_ITSELF = {"busy", "superseded", "aborted", "abort"}
@@ -40,9 +41,9 @@ def moments(model: Model, seed: int, length: int) -> Iterator[tuple[State, Event
             state, _ = reference.step(state, event)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_watched_step_is_the_step_and_its_actions_have_their_verdicts(seed: int) -> None:
-    model = model_of(spec_of(seed))
+@pytest.mark.parametrize("spec", (*map(spec_of, SEEDS), small_spec_of(103), small_spec_of(233)))
+def test_a_watched_step_is_the_step_and_its_actions_have_their_verdicts(spec: str) -> None:
+    model, seed = model_of(spec), int(spec[len("spec s") : spec.index(";")])
     reference = Reference(model)
     heard = 0
     for state, event in moments(model, seed, 60):
