@@ -129,7 +129,9 @@ class Trials:
                 noted.append((near, option.interval))
                 state, event = option.put(state, event, near.probe())
         self._answer(state, event)
-        return all(not near.joint and near.hold(interval.low, interval.high) for near, interval in noted)
+        return all(
+            not near.joint and near.hold(each.low, each.high, each.low_closed, each.high_closed) for near, each in noted
+        )
 
 
 def said(actions: Iterable[Action]) -> tuple[Action, ...]:

@@ -17,9 +17,7 @@ from exover.dataclass import dataclass
 class Surroundings:
     """The numbers around `sample` that no comparison has told from it so far; an end is among them iff it is closed.
 
-    An end is a `Fraction`, or infinite.
-
-    `joint` iff the number was compared with, or added to, another one that has a probe.
+    An end is a `Fraction`, or infinite. `joint` iff the number was compared with, or added to, another with a probe.
     """
 
     sample: int | float
@@ -29,9 +27,10 @@ class Surroundings:
     high_closed: bool = False
     joint: bool = False
 
-    def hold(self, low: float, high: float) -> bool:
-        """Return whether all numbers from one to the other, both included, are among them."""
-        return (self.low, not self.low_closed) <= (low, False) and (high, True) <= (self.high, self.high_closed)
+    def hold(self, low: float, high: float, low_closed: bool, high_closed: bool) -> bool:
+        """Return whether all numbers of an interval are among them."""
+        begins = (self.low, not self.low_closed) <= (low, not low_closed)
+        return begins and (high, high_closed) <= (self.high, self.high_closed)
 
     def probe(self) -> "IntProbe | RealProbe":
         """Return the number, such that its comparisons are noted here."""

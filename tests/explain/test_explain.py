@@ -456,6 +456,16 @@ def test_an_interval_speaks_of_the_moment_in_which_the_newcomer_runs() -> None:
     assert last_answer(observe("ammo", 7), '{"ask": "m.fire"}', spec=STOCK)[0]["reject"] == "m.fire"
 
 
+def test_intervals_of_two_numbers_that_do_not_hang_together_are_told_as_such() -> None:
+    spec = Source(
+        "pair.exo",
+        "spec pair; poster p: real in 0 .. 1 = 0; poster q: real = 0;"
+        "module m { request a() { check p > 0.5; check q < -1; } }",
+    )
+    found = told('{"ask": "m.a"}', spec=spec)
+    assert turns(found) == {("p were > 0.5", "q were < -1"): ["Launched"]}
+
+
 def test_two_numbers_that_are_added_are_told_for_one_value_of_the_first() -> None:
     found = told('{"ask": "m.fly"}', spec=STOCK)
     assert turns(found) == {("wind were 451", "gust were >= 449"): ["Launched"]}
