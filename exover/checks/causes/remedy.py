@@ -1,7 +1,8 @@
 """Advice for a rule that a step breaks and no remedy restores: the kill that would have restored it."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status
 from exover.model.kleene import every, negated, some
@@ -11,6 +12,9 @@ from exover.model.reads import rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wording import remedy_text
+
+MANY = 10
+"""The greatest number of running requests of which each set is tried."""
 
 
 def advice(reference: Reference, state: State, name: str) -> str:
@@ -22,11 +26,22 @@ def advice(reference: Reference, state: State, name: str) -> str:
     known = {request for remedy in remedies if isinstance(remedy, Kill) for request in remedy.requests}
     if _ends(reference.model, rules, requests):
         return f"write {_by(rules[0], _least(reference.model, rules, requests, known))}"
-    for more in (*({request} for request in requests), set(requests)):
-        killed = tuple(request for request in requests if request in known | more)
+    for killed in _kills(state, requests, known):
         if not _broken(reference, state.idle(state.running(killed)), name):
             return f"{_by(rules[0], killed)} would restore it there"
     return "no kill would: let its condition name `active(…)` of what can be ended, or take the rule out"
+
+
+def _kills(state: State, requests: Sequence[str], known: Collection[str]) -> Iterator[tuple[str, ...]]:
+    """Yield the kills of requests to try in a state: with those that are killed anyway, then any; few requests first.
+
+    Where more than `MANY` of them run: one more, or all.
+    """
+    running = [request for request in requests if state.running((request,))]
+    sizes = range(1, len(running) + 1) if len(running) <= MANY else (1, len(running))
+    some = [set(each) for size in sizes for each in combinations(running, size)]
+    for more in (*(each | set(known) for each in some), *some):
+        yield tuple(request for request in requests if request in more)
 
 
 def _by(rule: Rule, killed: Sequence[str]) -> str:

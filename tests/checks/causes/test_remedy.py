@@ -2,6 +2,9 @@
 
 import pytest
 
+from exover.checks.causes.remedy import advice as told
+from exover.model.event import Ask, Observe, Violated
+from exover.model.semantics import Reference
 from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 from tests.support.small import compiled
@@ -38,3 +41,21 @@ def test_the_remedy_to_add_is_told_and_mends_the_rule(rule: str, advice: str) ->
     if advice.startswith("write"):
         mended = rule.partition(" by ")[0].rstrip(";") + f" {advice.split('`')[1]};"
         assert found(WORLD + mended)["completeness"][0] == "holds"
+
+
+@pytest.mark.parametrize(
+    ("rule", "advice"),
+    [
+        ("active(m.a) or active(m.c) or not active(m.b)", "`by reject or kill m.a, m.c` would restore it there"),
+        ("active(m.a) or not active(m.b)", "`by kill m.b or kill m.a` would restore it there"),
+    ],
+)
+def test_a_kill_that_has_to_spare_another_request_is_found(rule: str, advice: str) -> None:
+    by = " by kill m.b" if "kill m.b" in advice else ""
+    model = model_of(f"{WORLD} forbid f: p and ({rule}){by};")
+    reference = Reference(model)
+    state = reference.start()
+    for event in (Ask("m.a", (0,)), Ask("m.b", ()), Ask("m.c", ()), Observe("p", True)):
+        state, actions = reference.step(state, event)
+    assert any(isinstance(each, Violated) for each in actions)
+    assert told(reference, state, "f") == advice
