@@ -1,6 +1,7 @@
 """JSON-RPC of the language server: each request gets a response, each bad message an error (LSP 3.17)."""
 
 from typing import Any
+from urllib.parse import unquote
 
 from lsprotocol import types
 from pygls.exceptions import (
@@ -13,6 +14,10 @@ from pygls.exceptions import (
 from pygls.protocol import LanguageServerProtocol
 
 from exover.dataclass import dataclass
+
+_OF_OPEN_DOCUMENTS = frozenset(
+    {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_SAVE, types.TEXT_DOCUMENT_DID_CLOSE}
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +82,12 @@ class SpecProtocol(LanguageServerProtocol):
             return JsonRpcInvalidRequest("`initialize` comes once")
         if self._shutdown:
             return JsonRpcInvalidRequest("nothing but `exit` comes after `shutdown`")
-        if (
-            method == types.TEXT_DOCUMENT_DID_CHANGE
-            and message.params.text_document.uri not in self.workspace.text_documents
-        ):
+        if method in _OF_OPEN_DOCUMENTS and not self._is_open(message.params.text_document.uri):
             return JsonRpcInvalidParams("the document is not open")
         return None
+
+    def _is_open(self, uri: str) -> bool:
+        return unquote(uri) in self.workspace.text_documents  # pygls keeps them so
 
 
 def _number(message: Any) -> int | str | None:
