@@ -3,6 +3,7 @@
 import argparse
 import logging
 import os
+import re
 import signal
 import sys
 from contextlib import suppress
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from exover.editor.server import SpecServer
 
 NEEDED = ("pygls", "lsprotocol")
+_LENGTH = re.compile(rb"Content-Length: [0-9]{1,9}\r\n\Z")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     if sys.stdin is not None and sys.stdin.isatty():
         complain("exover: note: an editor is expected on standard input, which is a terminal; Ctrl-C ends this")
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
-    server.start_io(BufferedReader(questions), cast(BinaryIO, Answers()))
+    server.start_io(Messages(questions), cast(BinaryIO, Answers()))
     server.reader.shutdown(wait=False, cancel_futures=True)
     if not heard:
         return ExitStatus.OK
@@ -53,6 +55,19 @@ def _server() -> "SpecServer":
         advice = "python -m pip install 'exover[lsp]'"
         raise CliError(f"exover lsp needs {missing.name}, which is not installed: {advice}") from missing
     return make()
+
+
+class Messages(BufferedReader):
+    """The messages of an editor, of which the headers that cannot be read, or tell of absurd sizes, say nothing."""
+
+    def readline(self, size: int | None = -1, /) -> bytes:
+        """Return the next line of a header.
+
+        Before the length of a message may stand the content of one whose own length could not be read.
+        """
+        line = super().readline(size)
+        found = _LENGTH.search(line)
+        return found[0] if found else (line if not line.strip() else b"-\r\n")
 
 
 class EditorInput(RawIOBase):

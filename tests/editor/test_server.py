@@ -3,6 +3,7 @@
 import ctypes
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -274,6 +275,30 @@ def test_it_ends_when_the_pipe_is_closed(tmp_path: Path) -> None:
         )
         assert ended.returncode == 0, ended.stderr
         assert b"Traceback" not in ended.stderr
+
+
+def test_a_header_that_cannot_be_read_takes_no_other_message_with_it(tmp_path: Path) -> None:
+    headers = (
+        b"Content-Lenth: 2",
+        b"Content-Length: " + b"9" * 5000,
+        b"Content-Length: 99999999999",
+        b"Content-Length: -1",
+    )
+    given = [said("initialize", {"capabilities": {}}, 1)]
+    for number, header in enumerate(headers, 2):
+        given += [header, b"\r\n\r\n{}", said("exover/unknown", {}, number)]
+    given += [said("shutdown", None, 9), said("exit", None)]
+    ended = subprocess.run(
+        [warm(verbs=(SERVER,)), SERVER],
+        input=b"".join(given),
+        capture_output=True,
+        timeout=60,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, b"")
+    answered = [int(number) for number in re.findall(rb'"id": ([0-9]+)', ended.stdout)]
+    assert sorted(answered) == [1, 2, 3, 4, 5, 9]
 
 
 def test_it_ends_quietly_when_nobody_reads_its_answers(tmp_path: Path) -> None:
