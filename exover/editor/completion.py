@@ -1,6 +1,7 @@
 """Completion: the keywords that the grammar takes at a place, and the names that may stand there."""
 
 import re
+from collections import deque
 
 from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
@@ -11,7 +12,9 @@ from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
 
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-_COMMENT = re.compile(r"//[^\n]*\Z")
+_UNREAD = re.compile(r'"(?:\\.|[^"\\\r\n])*(?P<closed>"?)|//[^\n]*|/\*.*?(?P<ended>\*/|\Z)', re.DOTALL)
+"""Matches a text and a comment, also those that are not closed."""
+_NUMBER = re.compile(r"(?<![A-Za-z0-9_.])[0-9]+(\.[0-9]*)?\Z")
 _OF_RESOURCES = frozenset({"uses", "consumes", "produces", "used", "level"})
 _INSIDE_WITH = frozenset({"true", "false", "not", "self"})
 _CONSTANT: tuple[SymbolSort, ...] = ("const", "value")
@@ -32,7 +35,7 @@ def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnaly
     before = analysis.document.text[: offset - analysis.document.base]
     before = before[: len(before) - len(found[0])] if (found := _WORD.search(before)) else before
     read = [token for token in tokens(before, [], start == "properties") if token.kind != END]
-    if _COMMENT.search(before) or before.count("/*") > before.count("*/") or _in_string(before):
+    if _inside(before) or _NUMBER.search(before):
         return []
     symbols = _symbols(analysis.index, spec.index if spec else None)
     place = _place(read, start)
@@ -99,9 +102,10 @@ def _subject(read: list[Token]) -> tuple[str, bool]:
     return "", False
 
 
-def _in_string(before: str) -> bool:
-    line = before.rpartition("\n")[2].replace('\\"', "")
-    return line.count('"') % 2 == 1
+def _inside(before: str) -> bool:
+    """Return whether a text ends inside a comment or a string."""
+    last = deque(_UNREAD.finditer(before), 1)
+    return any(each.end() == len(before) and not (each["closed"] or each["ended"]) for each in last)
 
 
 def _symbols(own: Index, known: Index | None) -> list[SpecSymbol]:

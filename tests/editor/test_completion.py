@@ -83,3 +83,25 @@ def test_steps_stand_in_properties_and_temporal_words_in_formulas() -> None:
 def test_behind_what_cannot_be_read_stand_all_names() -> None:
     assert {"nd", "zone", "battery", "all_of"} <= offered("mutex ) ")
     assert offered("mutex ) nd.") == {"goto", "stop", "speed", "at"}
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "// all of specs/*.exo, see /* there\n",
+        '/* a " and // too */ ',
+        '/* a " */ ',
+        'module m "see http://a.b and /* " { request r(); }\n',
+        'module m "a \\" b" { request r(); }\n',
+    ],
+)
+def test_comments_and_strings_before_a_place_hide_it_only_inside(before: str) -> None:
+    assert offered(f"{before}mutex q: nd.") == {"goto", "stop"}
+    assert offered(before[:-5]) == set()
+
+
+@pytest.mark.parametrize("number", ["3", "3e", "3.5", "12x"])
+def test_nothing_stands_directly_behind_a_number(number: str) -> None:
+    assert offered(f"poster x: int in 0 .. 9 = {number}") == set()
+    assert "else" in offered("poster x: int in 0 .. 9 = 3 ")
+    assert offered("poster x: int in 0..") == {"most"}
