@@ -1,6 +1,7 @@
 """The texts that an editor has open, and the files on disk that belong to them: specs, parts and properties files."""
 
 import os
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import field
 from pathlib import Path
@@ -22,6 +23,9 @@ from exover.source import Source
 from exover.syntax.decode import decode, unread
 from exover.syntax.includes import ReadPart
 from exover.syntax.lex import tokens
+
+Together = list[tuple[str, TextAnalysis]]
+"""Path and analysis of a spec, then of each of its properties files; or of a text that belongs to no spec."""
 
 
 @dataclass(slots=True)
@@ -87,7 +91,7 @@ class Files:
         file = self._file(path)
         if file is None:
             return None
-        spec = self.spec_of(path) if file.is_properties or file.is_part else None
+        spec = self.spec_of(path) if self._belongs(path) else None
         if file.analysis is None or not self._fresh(file, file.analysis) or file.spec is not spec:
             file.parts.clear()
             file.analysis, file.spec = self._analysed(file, spec), spec
@@ -132,31 +136,61 @@ class Files:
 
     def spec_of(self, path: str) -> TextAnalysis | None:
         """Return the analysis of the spec that a properties file or a part belongs to; None if of none or several."""
+        specs = self._found(path)
+        if not path.endswith(SUFFIX):
+            specs = self._open_including(path) or specs
+        return self.analysis(specs[0]) if len(specs) == 1 else None
+
+    def owners(self, path: str) -> set[str]:
+        """Return the real paths of all specs that a part or a properties file belongs to.
+
+        What specs include is what the editor has of them if it can be read, else what is on disk.
+        """
+        read = {each for each in self._open_specs() if (known := self.analysis(each)) and known.current}
+        found = [*self._open_including(path), *(each for each in self._found(path) if each not in read)]
+        return set(map(os.path.realpath, found))
+
+    def _found(self, path: str) -> list[str]:
+        """Return the specs on disk that a properties file or a part belongs to, without those that are parts now."""
         if path not in self._specs:
             with suppress(OSError):  # a folder cannot be read
                 self._specs[path] = find_specs(path) if path.endswith(SUFFIX) else find_including(path)
-        specs = [os.path.abspath(each) for each in self._specs.get(path, [])]
-        if not path.endswith(SUFFIX):
-            specs = [each for each in self._open_specs() if path in self.known[each].parts] or specs
-        return self.analysis(specs[0]) if len(specs) == 1 else None
+        return [each for each in map(os.path.abspath, self._specs.get(path, [])) if not self._belongs(each)]
+
+    def _open_including(self, part: str) -> list[str]:
+        return [each for each in self._open_specs() if self.analysis(each) and part in self.known[each].parts]
 
     def _open_specs(self) -> list[str]:
         return [path for path, file in self.known.items() if file.open and path.endswith(SPEC) and not file.is_part]
 
-    def together(self, path: str) -> list[tuple[str, TextAnalysis]]:
+    def together(self, path: str) -> Together:
         """Return path and analysis of the spec that a text is or belongs to, then of its properties files and the text.
 
         Parts are left out: the analysis of their spec has them.
         """
-        known = self._file(path)
-        found = self.spec_of(path) if known and (known.is_properties or known.is_part) else None
-        spec = found.source.name if found else path
-        paths = dict.fromkeys([spec, *self.properties_of(spec), path])
-        return [(each, found) for each in paths if (found := self.analysis(each)) and not found.part]
+        return self._together(self._spec_path(path), [path])
 
-    def beside(self, path: str) -> set[str]:
-        """Return the paths of the spec that a text is or belongs to, of its parts, and of its properties files."""
-        return {file.name for _, each in self.together(path) for file in each.source.files}
+    def groups(self, paths: Iterable[str]) -> list[Together]:
+        """Return what is `together` with texts, each spec once."""
+        members: dict[str, list[str]] = {}
+        for path in paths:
+            members.setdefault(self._spec_path(path), []).append(path)
+        return [found for spec, those in members.items() if (found := self._together(spec, those))]
+
+    def _spec_path(self, path: str) -> str:
+        """Return the path of the spec that a text belongs to; its own if it is one, or belongs to none or several."""
+        found = self.spec_of(path) if self._belongs(path) else None
+        return found.source.name if found else path
+
+    def _together(self, spec: str, paths: Iterable[str]) -> Together:
+        properties = [] if self._belongs(spec) else self.properties_of(spec)
+        every = dict.fromkeys([spec, *properties, *paths])
+        return [(each, found) for each in every if (found := self.analysis(each)) and not found.part]
+
+    def _belongs(self, path: str) -> bool:
+        """Return whether a text is a properties file or a part, which belong to specs."""
+        file = self._file(path)
+        return file is not None and (file.is_properties or file.is_part)
 
     def properties_of(self, spec: str) -> list[str]:
         """Return the paths of the properties files of a spec on disk, or just of the first that cannot be read."""

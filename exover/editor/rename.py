@@ -4,7 +4,7 @@ import re
 
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
-from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
+from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.source import Source, Span
 from exover.syntax import tree
@@ -19,7 +19,7 @@ class RenameRefused(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class FileRename:
     """The places of one file that get the new name."""
 
     file: Source
@@ -31,10 +31,11 @@ class Change:
         return self.file.name
 
 
-def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[Change]:
+def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[FileRename]:
     """Return the places to rename, file by file. Raises `RenameRefused`.
 
-    `texts`: a spec and its properties files, or one file alone. None of them may have a diagnostic before or after.
+    `texts`: a spec and its properties files, or a properties file alone. None of them may have a diagnostic before or
+    after.
     """
     if not _NAME.match(name) or name in RESERVED:
         raise RenameRefused(f"{quote(name)} is no name: letters, digits and `_`, and no reserved word")
@@ -45,6 +46,8 @@ def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str)
         spans = tuple(each.span for each in found.index.of(symbol))
         if not found.current or found.diagnostics:
             raise RenameRefused(f"{path} has mistakes: mend them first")
+        if isinstance(found.root, tree.Part):
+            raise RenameRefused(f"{path} is a part of no spec that is known, or of several")
         after = _renamed(found, spans, name, spec)
         spec = after if isinstance(found.root, tree.Spec) else spec
         if after.diagnostics:
@@ -55,9 +58,9 @@ def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str)
     return changes
 
 
-def _by_file(source: Source, spans: tuple[Span, ...]) -> list[Change]:
+def _by_file(source: Source, spans: tuple[Span, ...]) -> list[FileRename]:
     files = ((file, tuple(span for span in spans if source.at(span.start) is file)) for file in source.files)
-    return [Change(file, inside) for file, inside in files if inside]
+    return [FileRename(file, inside) for file, inside in files if inside]
 
 
 def _renamed(found: TextAnalysis, spans: tuple[Span, ...], name: str, spec: TextAnalysis | None) -> TextAnalysis:
@@ -68,14 +71,12 @@ def _renamed(found: TextAnalysis, spans: tuple[Span, ...], name: str, spec: Text
     match found.root:
         case tree.Properties():
             return analyse_properties(source, spec)
-        case tree.Part():
-            return analyse_part(source, None)
         case _:
             parts = tuple(Source(part.name, files[part.name]) for part in found.source.parts)
             return analyse_spec(source, None, parts_of(Source(source.name, source.text, parts=parts)))
 
 
-def _changed(change: Change, name: str) -> str:
+def _changed(change: FileRename, name: str) -> str:
     text, base, parts, end = change.file.text, change.file.base, [], 0
     for span in change.spans:
         parts += [text[end : span.start - base], name]

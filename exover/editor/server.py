@@ -17,22 +17,24 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from exover import __version__
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor import convert
 from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import proposals
-from exover.editor.files import Files
+from exover.editor.files import Files, Together
 from exover.editor.findings import Told, findings
 from exover.editor.hover import hover
 from exover.editor.includes import included_at
 from exover.editor.protocol import SpecProtocol, unreadable
-from exover.editor.rename import RenameRefused, rename
+from exover.editor.rename import FileRename, RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, PositionEncoding, without_mark
-from exover.places import SPEC
+from exover.places import SPEC, SUFFIX
 from exover.source import Source, Span
 from exover.syntax.layout import formatted, start_of
 
+WATCHED = ("**/*.exo", "**/*.prop", "**/exover.toml")
 RULE_USE = "rule-use"
 PAUSE = 0.3
 """Seconds without a change before checks are started."""
@@ -42,6 +44,30 @@ SECONDS = 1.0
 T = TypeVar("T")
 
 
+@dataclass(frozen=True, slots=True)
+class TextFindings:
+    """The findings of a spec, and the texts that they are of."""
+
+    texts: list[list[str]]
+    told: list[Told]
+
+
+def texts_of(group: Together) -> list[list[str]]:
+    """Return the texts of a spec with its parts, then those of its properties files."""
+    return [[file.text for file in found.source.files] for _, found in group]
+
+
+def _closed(groups: list[Together], opened: set[str]) -> dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]]:
+    """Return for each file that is not open its text and diagnostics in each spec that it belongs to."""
+    found: dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]] = {}
+    for group in groups:
+        for _, analysis in group:
+            for file in analysis.source.files:
+                if file.name not in opened:
+                    found.setdefault(file.name, []).append((file, analysis.of(file)))
+    return found
+
+
 class SpecServer(LanguageServer):
     """The language server of one editor."""
 
@@ -49,11 +75,15 @@ class SpecServer(LanguageServer):
         super().__init__("exover", __version__, types.TextDocumentSyncKind.Full, protocol_cls=SpecProtocol)
         self.files = Files()
         self.seconds = SECONDS
-        self.told: dict[str, list[Told]] = {}
+        self.opened: dict[str, str] = {}
+        """The path of each open document, by its URI."""
+        self.shown: dict[str, tuple[int | None, list[types.Diagnostic]]] = {}
+        """What was published last of each URI, with the version; nothing of files that are not open and well."""
+        self.checked: dict[str, TextFindings] = {}
         """The last findings of each spec, by its path."""
-        self.closed: dict[str, set[str]] = {}
-        """URIs of files that are not open and have diagnostics, by the path of the spec that they belong to."""
-        self.refreshes: dict[str, asyncio.Task[None]] = {}
+        self.checks_wanted = True
+        """Whether all checks are to be started again, since files on disk may have changed."""
+        self.refresh: asyncio.Task[None] | None = None
         self.reader = ThreadPoolExecutor(1, "reader")
 
     def report_server_error(self, error: Exception, source: type[PyglsError | JsonRpcException]) -> None:
@@ -98,115 +128,113 @@ class SpecServer(LanguageServer):
         return convert.ENCODINGS[str(getattr(chosen, "value", chosen))]
 
     def changed(self, uri: str, text: str, version: int | None) -> None:
-        """Take the newest text of a document, and begin to publish its diagnostics."""
-        path = path_of(uri)
-        self._forget(path)
+        """Take the newest text of a document, and begin to publish diagnostics."""
+        path = self.opened[uri] = path_of(uri)
         self.reader.submit(self.files.put, path, without_mark(text, self.encoding), version)
         self._begin(uri)
 
-    def _forget(self, path: str) -> None:
-        """Forget the findings placed in a file, and all findings of a spec at this path."""
-        self.told = {
-            spec: [each for each in told if each.file != path] for spec, told in self.told.items() if spec != path
-        }
-
-    def saved(self, uri: str) -> None:
-        """Analyse and check again, since a document was saved: files may be new on disk."""
+    def look_anew(self) -> None:
+        """Analyse and check again, since files may be new on disk, or others."""
         self.reader.submit(self.files.look_anew)
-        self._begin(uri)
+        self.checks_wanted = True
+        self._begin()
 
-    async def close(self, uri: str) -> None:
-        """Forget a closed document, withdraw its diagnostics, and analyse open files that belong to it again.
-
-        From now on the file on disk counts.
-        """
-        if refresh := self.refreshes.pop(uri, None):
-            refresh.cancel()
-        path, opened = path_of(uri), {each: path_of(each) for each in self.refreshes}
-        self._forget(path)
+    def close(self, uri: str) -> None:
+        """Forget a closed document, of which from now on the file on disk counts; withdraw its diagnostics."""
+        self.reader.submit(self.files.drop, self.opened.pop(uri))
         self._show(uri, [])
+        self._begin()
 
-        def dropped() -> tuple[list[str], set[str]]:
-            beside = {each: self.files.beside(file) for each, file in opened.items()}
-            self.files.drop(path)
-            return [each for each, files in beside.items() if path in files], set().union(*beside.values())
-
-        near, held = await self.ask(dropped)
-        for spec in self.closed.keys() - held:
-            for each in self.closed.pop(spec):
-                self._show(each, [])
-        for each in sorted(set(near) & self.refreshes.keys(), key=lambda name: not name.endswith(SPEC))[:1]:
-            self._begin(each)
-
-    def _begin(self, uri: str) -> None:
-        if before := self.refreshes.pop(uri, None):
-            before.cancel()
-        self.refreshes[uri] = asyncio.get_running_loop().create_task(self._refresh(uri))
+    def _begin(self, uri: str = "") -> None:
+        """Begin to publish diagnostics, first those of one document; what was begun before is ended."""
+        if self.refresh:
+            self.refresh.cancel()
+        self.refresh = asyncio.get_running_loop().create_task(self._refresh(uri))
 
     async def _refresh(self, uri: str) -> None:
-        """Publish the diagnostics of a document, then of other files that may depend on it, then start the checks."""
+        """Publish what is wrong with a document, then what is wrong with all files, then start the checks."""
         await asyncio.sleep(0)  # of changes that come together, only the last is analysed
-        found, _ = await self.analysis(uri)
-        await self._publish(uri)
-        path = path_of(uri)
-        if found.properties is None and path.endswith(SPEC):
-            for other in list(self.refreshes):
-                if other != uri and other in self.refreshes:
-                    await self._publish(other)
-        await self._publish_closed(path)
-        if self.seconds and found.model is not None and not found.diagnostics:
+        if uri:
+            found, version = await self.ask(lambda: self.files.numbered(self.opened[uri]))
+            if found and found.mistakes:
+                self._show(uri, self._mistakes(found.document, found.mistakes), version)
+        groups = await self._publish()
+        if self.seconds:
             await asyncio.sleep(PAUSE)
-            await self._check(path)
+            for group in groups:
+                await self._check(group)
+            self.checks_wanted = False
 
-    async def _check(self, path: str) -> None:
-        """Run the checks on the spec that a text is or belongs to, and publish the findings."""
-        together = await self.ask(lambda: self.files.together(path))
-        if not together:
+    async def _check(self, group: Together) -> None:
+        """Run the checks on a spec with its properties, unless they have been run, and publish the findings."""
+        (spec, found), *others = group
+        if found.model is None or any(each.diagnostics for _, each in group) or not spec.endswith(SPEC):
             return
-        (spec, found), *others = together
-        if found.model is None or any(each.diagnostics for _, each in together) or not spec.endswith(SPEC):
+        known = self.checked.get(spec)
+        if known and known.texts == texts_of(group) and not self.checks_wanted:
             return
         properties = others[0][1].source if len(others) == 1 else None
         with suppress(OSError):  # there is no such folder, or no process can be made
-            self.told[spec] = await findings(found.gathered, properties, self.seconds)
-        for uri in list(self.refreshes):
-            if path_of(uri) in [file.name for _, each in together for file in each.source.files]:
-                await self._publish(uri)
-        await self._publish_closed(path)
+            told = await findings(found.gathered, properties, self.seconds)
+            self.checked[spec] = TextFindings(texts_of(group), told)
+        await self._publish()
 
-    async def _publish(self, uri: str) -> None:
-        """Publish the diagnostics of an open document."""
-        found, version = await self.numbered(uri)
-        self._show(uri, self._wrong(found.document, found.mistakes), version)
+    async def _publish(self) -> list[Together]:
+        """Publish the diagnostics of all open documents and of the files that belong to them; return these by specs."""
+        paths = list(self.opened.values())
+        numbered, groups = await self.ask(lambda: (list(map(self.files.numbered, paths)), self.files.groups(paths)))
+        self.checked = {group[0][0]: each for group in groups if (each := self.checked.get(group[0][0]))}
+        told = [each for group in groups for each in self._told(group) if each.violated]
+        wanted: dict[str, tuple[int | None, list[types.Diagnostic]]] = {}
+        for uri, (found, version) in zip(self.opened, numbered, strict=True):
+            if found:
+                wanted[uri] = version, self._wrong([(found.document, found.mistakes)], told)
+        for path, places in _closed(groups, set(paths)).items():
+            if wrong := self._wrong(places, told):
+                wanted[self.uri(path)] = None, wrong
+        for uri in self.shown.keys() - wanted.keys():
+            self._show(uri, [])
+        for uri, (version, wrong) in wanted.items():
+            self._show(uri, wrong, version)
+        return groups
 
-    async def _publish_closed(self, path: str) -> None:
-        """Publish the diagnostics of files that belong to a text and are not open; withdraw those that are gone."""
-        together = await self.ask(lambda: self.files.together(path))
-        if not together:
+    def _told(self, group: Together) -> list[Told]:
+        """Return the findings of a spec; none if they are of other texts."""
+        known = self.checked.get(group[0][0])
+        return known.told if known and known.texts == texts_of(group) else []
+
+    def _mistakes(self, file: Source, mistakes: Sequence[Diagnostic]) -> list[types.Diagnostic]:
+        return [convert.mistake(self.text_of(file), each) for each in mistakes]
+
+    def _wrong(self, places: Sequence[tuple[Source, Sequence[Diagnostic]]], told: list[Told]) -> list[types.Diagnostic]:
+        """Return the diagnostics of a file: its mistakes in each spec, or if there are none, the findings in it."""
+        mistakes = [each for file, wrong in places for each in self._mistakes(file, wrong)]
+        if not mistakes:
+            file = places[0][0]
+            mistakes = [convert.finding(self.text_of(file), each) for each in told if each.file == file.name]
+        return [each for number, each in enumerate(mistakes) if each not in mistakes[:number]]
+
+    def _show(self, uri: str, wrong: list[types.Diagnostic], version: int | None = None) -> None:
+        """Publish the diagnostics of a file if others were published before."""
+        before = self.shown.get(uri)
+        if before == (version, wrong) or (before is None and not wrong and uri not in self.opened):
             return
-        spec, opened = together[0][0], {path_of(uri) for uri in self.refreshes}
-        files = [(file, found.of(file)) for _, found in together for file in found.source.files]
-        shown = {self.uri(file.name): self._wrong(file, wrong) for file, wrong in files if file.name not in opened}
-        wrong = {uri for uri, each in shown.items() if each}
-        for uri in self.closed.get(spec, set()) - wrong:
-            if path_of(uri) not in opened:
-                self._show(uri, [])
-        for uri in wrong:
-            self._show(uri, shown[uri])
-        self.closed[spec] = wrong
-
-    def _wrong(self, file: Source, mistakes: Sequence[Diagnostic]) -> list[types.Diagnostic]:
-        """Return the diagnostics of a file: its mistakes, or if there are none, the violated findings in it."""
-        text = self.text_of(file)
-        if mistakes:
-            return [convert.mistake(text, each) for each in mistakes]
-        told = [each for of in self.told.values() for each in of if each.violated and each.file == file.name]
-        return [convert.finding(text, each) for each in told]
-
-    def _show(self, uri: str, shown: list[types.Diagnostic], version: int | None = None) -> None:
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+        self.shown[uri] = version, wrong
+        if uri not in self.opened and not wrong:
+            del self.shown[uri]
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, wrong, version))
 
     # ---- questions ----
+
+    async def spec(self, uri: str) -> TextAnalysis | None:
+        """Return the analysis of the spec that a properties file is read with; None if there is none."""
+        path = path_of(uri)
+        return await self.ask(lambda: self.files.spec_of(path)) if path.endswith(SUFFIX) else None
+
+    def told(self, spec: TextAnalysis) -> list[Told]:
+        """Return the findings of a spec; none if they are of another text."""
+        known = self.checked.get(spec.source.name)
+        return known.told if known and known.texts[0] == [file.text for file in spec.source.files] else []
 
     async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, TextAnalysis] | None:
         """Return symbol, span and analysis of the name at a position; None if there is none or the text has no tree."""
@@ -234,7 +262,7 @@ class SpecServer(LanguageServer):
 
     def uri(self, path: str) -> str:
         """Return the URI of a path: the one by which the client has opened it, if it has."""
-        opened = next((uri for uri in self.refreshes if path_of(uri) == path), None)
+        opened = next((uri for uri, each in self.opened.items() if each == path), None)
         return opened or from_fs_path(path) or path
 
 
@@ -255,6 +283,10 @@ def make() -> SpecServer:
         if isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given <= 600:
             server.seconds = float(given)
 
+    @server.feature(types.INITIALIZED)
+    def begun(_: types.InitializedParams) -> None:
+        _watch(server)
+
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: types.DidOpenTextDocumentParams) -> None:
         server.reader.submit(server.files.look_anew)
@@ -266,16 +298,30 @@ def make() -> SpecServer:
         server.changed(uri, server.workspace.get_text_document(uri).source, params.text_document.version)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
-    async def saved(params: types.DidSaveTextDocumentParams) -> None:
-        server.saved(params.text_document.uri)
+    async def saved(_: types.DidSaveTextDocumentParams) -> None:
+        server.look_anew()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    async def seen(_: types.DidChangeWatchedFilesParams) -> None:
+        server.look_anew()
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
-        await server.close(params.text_document.uri)
+        server.close(params.text_document.uri)
 
     _names(server)
     _changes(server)
     return server
+
+
+def _watch(server: SpecServer) -> None:
+    """Ask the editor to tell which files change on disk, if it can."""
+    workspace = server.client_capabilities.workspace
+    watched = workspace.did_change_watched_files if workspace else None
+    if watched and watched.dynamic_registration:
+        options = types.DidChangeWatchedFilesRegistrationOptions(list(map(types.FileSystemWatcher, WATCHED)))
+        registration = types.Registration("watched", types.WORKSPACE_DID_CHANGE_WATCHED_FILES, options)
+        server.client_register_capability(types.RegistrationParams([registration]))
 
 
 def _names(server: SpecServer) -> None:
@@ -285,8 +331,8 @@ def _names(server: SpecServer) -> None:
     async def hovered(params: types.HoverParams) -> types.Hover | None:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
-        spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
-        uses = {each.subject: each for of in server.told.values() for each in of if each.check == RULE_USE}
+        spec = await server.spec(uri)
+        uses = {each.subject: each for each in server.told(spec or found) if each.check == RULE_USE}
         told = hover(found, text.offset((at.line, at.character)), spec, uses)
         if told is None:
             return None
@@ -296,7 +342,8 @@ def _names(server: SpecServer) -> None:
     async def defined(params: types.DefinitionParams) -> list[types.Location]:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
-        file = None if uri.endswith(".prop") else included_at(found.document, text.offset((at.line, at.character)))
+        offset = text.offset((at.line, at.character))
+        file = None if path_of(uri).endswith(SUFFIX) else included_at(found.document, offset)
         if file and os.path.isfile(file):
             return [types.Location(server.uri(file), convert.range_of(EditorText(""), Span(0, 0)))]
         return await server.places(uri, at, True)
@@ -315,10 +362,20 @@ def _names(server: SpecServer) -> None:
     async def completed(params: types.CompletionParams) -> list[types.CompletionItem]:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
-        spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
+        offset = text.offset((at.line, at.character))
+        spec = await server.spec(uri)
         known = [each for each in (found, spec) if each]
-        offered = proposals(found, text.offset((at.line, at.character)), start_of(found.document), spec)
+        offered = proposals(found, offset, start_of(found.document), spec)
         return [convert.completion(known, each) for each in offered]
+
+
+def _renamed(files: Files, path: str, symbol: SpecSymbol, name: str) -> list[FileRename]:
+    """Return the places to rename; raises `RenameRefused`, also if some are in a file that other specs have, too."""
+    changes = rename(files.together(path), symbol, name)
+    for change in changes:
+        if len(owners := files.owners(change.path)) > 1:
+            raise RenameRefused(f"{change.path} belongs to {' and '.join(sorted(owners))}: rename it by hand")
+    return changes
 
 
 def _changes(server: SpecServer) -> None:
@@ -338,9 +395,8 @@ def _changes(server: SpecServer) -> None:
         asked = await server.symbol(uri, params.position)
         if asked is None:
             raise JsonRpcInvalidParams("no name stands here")
-        together = await server.ask(lambda: server.files.together(path_of(uri)))
         try:
-            changes = await server.ask(lambda: rename(together, asked[0], params.new_name))
+            changes = await server.ask(lambda: _renamed(server.files, path_of(uri), asked[0], params.new_name))
         except RenameRefused as reason:
             raise JsonRpcInvalidParams(str(reason)) from reason
         edits = {}
