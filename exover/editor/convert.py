@@ -11,6 +11,7 @@ from exover.editor.completion import Proposal
 from exover.editor.findings import Told
 from exover.editor.fixes import fix
 from exover.editor.hover import declaration
+from exover.editor.includes import WrittenPath
 from exover.editor.symbols import SpecSymbol, SymbolSort
 from exover.editor.text import EditorText, PositionEncoding
 from exover.source import Source, Span
@@ -90,6 +91,12 @@ def completion(analyses: list[TextAnalysis], each: Proposal) -> types.Completion
     return types.CompletionItem(
         each.text, kind=kind, detail=detail, documentation=documentation, sort_text=f"0{each.text}"
     )
+
+
+def path_completion(text: EditorText, written: WrittenPath, path: str) -> types.CompletionItem:
+    """Return a path that may stand in an `include` as a completion item."""
+    kind = types.CompletionItemKind.Folder if path.endswith("/") else types.CompletionItemKind.File
+    return types.CompletionItem(path, kind=kind, text_edit=types.TextEdit(range_of(text, written.span), path))
 
 
 def action(text: EditorText, uri: str, source: Source, found: Diagnostic) -> types.CodeAction | None:

@@ -15,6 +15,7 @@ from exover.places import (
     find_including,
     find_properties,
     find_specs,
+    is_part,
     named_after,
     read_part,
     refuse_irregular,
@@ -186,6 +187,16 @@ class Files:
         properties = [] if self._belongs(spec) else self.properties_of(spec)
         every = dict.fromkeys([spec, *properties, *paths])
         return [(each, found) for each in every if (found := self.analysis(each)) and not found.part]
+
+    def is_part(self, path: str) -> bool:
+        """Return whether a file is a part, as the editor has it if it is open, else as it is on disk."""
+        file = self.known.get(path)
+        if file and file.open:
+            return file.is_part
+        try:
+            return is_part(path)
+        except OSError:
+            return False
 
     def _belongs(self, path: str) -> bool:
         """Return whether a text is a properties file or a part, which belong to specs."""

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from typing import TypeVar
 
 from lsprotocol import types
@@ -25,7 +26,7 @@ from exover.editor.completion import proposals
 from exover.editor.files import Files, Together
 from exover.editor.findings import Told, findings
 from exover.editor.hover import hover
-from exover.editor.includes import included_at
+from exover.editor.includes import included_at, proposed_paths, written_at
 from exover.editor.protocol import SpecProtocol, unreadable
 from exover.editor.rename import FileRename, RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
@@ -358,11 +359,15 @@ def _names(server: SpecServer) -> None:
         found, text = await server.analysis(params.text_document.uri)
         return convert.outline(text, found)
 
-    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=["."]))
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[".", "/", '"']))
     async def completed(params: types.CompletionParams) -> list[types.CompletionItem]:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
         offset = text.offset((at.line, at.character))
+        written = None if path_of(uri).endswith(SUFFIX) else written_at(found.document, offset)
+        if written:
+            paths = partial(proposed_paths, found.document.name, written.before, server.files.is_part)
+            return [convert.path_completion(text, written, each) for each in await server.ask(paths)]
         spec = await server.spec(uri)
         known = [each for each in (found, spec) if each]
         offered = proposals(found, offset, start_of(found.document), spec)

@@ -160,3 +160,37 @@ def test_findings_stand_in_a_part_that_is_not_open(folder: Path) -> None:
     assert {(each.code, start(each)) for each in found} >= {("reachability", (4, 12))}
     editor.stop()
     (folder / "parts" / "arm.exo").write_text(ARM, encoding="utf-8")
+
+
+def test_the_paths_of_an_include_are_those_of_parts(editor: Editor, both: tuple[str, str], folder: Path) -> None:
+    spec, arm = both
+    (folder / "parts" / "deep" / ".hidden").mkdir(parents=True)
+    for name in ("parts/deep/leg.exo", "parts/deep/.hidden/no.exo", "beside.exo"):
+        (folder / name).write_text("// one\npart p;\n", encoding="utf-8")
+    (folder / "parts" / "deep" / "other.exo").write_text("spec other;\n", encoding="utf-8")
+    below = {"beside.exo", "parts/arm.exo", "parts/deep/leg.exo"}
+    for uri, text, paths, replaced in (
+        (spec, 'spec demo;\ninclude "|parts/arm.exo";\n', {*below, "../"}, "parts/arm.exo"),
+        (spec, 'spec demo;\ninclude "be| ; module m { }', {*below, "../"}, "be"),
+        (spec, 'spec demo;\ninclude "be|; module m "x" { }', {*below, "../"}, "be"),
+        (spec, 'spec demo;\ninclude "parts/|"', {"parts/arm.exo", "parts/deep/leg.exo"}, "parts/"),
+        (arm, 'part arm; include "|"', {"deep/leg.exo", "../"}, ""),
+        (
+            arm,
+            'part arm; enum e { a } include "../b|e"',
+            {f"../{path}" for path in below} - {"../parts/arm.exo"},
+            "../be",
+        ),
+        (spec, 'spec demo;\ninclude "/|"', set(), ""),
+        (spec, 'spec demo;\ninclude "nowhere/|"', set(), ""),
+        (spec, 'spec demo;\nmodule include "|"', set(), ""),
+        (spec, 'spec demo;\ninclude "parts/arm.exo"|;', set(), ""),
+    ):
+        editor.change(uri, text.replace("|", ""))
+        asked = types.CompletionParams(at(uri), place(text, "|"))
+        items = [each for each in editor.run(editor.client.text_document_completion_async(asked)) if each.text_edit]
+        assert {each.label for each in items} - {"../../"} == paths
+        for each in items:
+            line = text.replace("|", "").split("\n")[each.text_edit.range.start.line]
+            edited = each.text_edit.range.start.character, each.text_edit.range.end.character
+            assert (line[slice(*edited)], each.text_edit.new_text) == (replaced, each.label)
