@@ -11,10 +11,10 @@ from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
 
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_WORD = re.compile(r"(?<![A-Za-z0-9_])[A-Za-z_][A-Za-z0-9_]*\Z")
 _UNREAD = re.compile(r'"(?:\\.|[^"\\\r\n])*(?P<closed>"?)|//[^\n]*|/\*.*?(?P<ended>\*/|\Z)', re.DOTALL)
 """Matches a text and a comment, also those that are not closed."""
-_NUMBER = re.compile(r"(?<![A-Za-z0-9_.])[0-9]+(\.[0-9]*)?\Z")
+_NUMBER = re.compile(r"(?<![A-Za-z0-9_.])[0-9]+(?:\.[0-9]+)?\.?[A-Za-z0-9_]*\Z")
 _OF_RESOURCES = frozenset({"uses", "consumes", "produces", "used", "level"})
 _INSIDE_WITH = frozenset({"true", "false", "not", "self"})
 _CONSTANT: tuple[SymbolSort, ...] = ("const", "value")

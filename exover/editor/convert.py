@@ -9,12 +9,12 @@ from exover.diagnostics import Diagnostic
 from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import Proposal
 from exover.editor.findings import Told
-from exover.editor.fixes import fix
+from exover.editor.fixes import Fix
 from exover.editor.hover import declaration
 from exover.editor.includes import WrittenPath
 from exover.editor.symbols import SpecSymbol, SymbolSort
 from exover.editor.text import EditorText, PositionEncoding
-from exover.source import Source, Span
+from exover.source import Span
 from exover.syntax import tree
 
 SEVERITIES = {
@@ -99,14 +99,11 @@ def path_completion(text: EditorText, written: WrittenPath, path: str) -> types.
     return types.CompletionItem(path, kind=kind, text_edit=types.TextEdit(range_of(text, written.span), path))
 
 
-def action(text: EditorText, uri: str, source: Source, found: Diagnostic) -> types.CodeAction | None:
-    """Return the code action that fixes a mistake; None if there is none."""
-    mended = fix(found, source)
-    if mended is None:
-        return None
-    edit = types.TextEdit(range_of(text, mended.span), mended.text)
+def action(text: EditorText, uri: str, found: Diagnostic, change: Fix) -> types.CodeAction:
+    """Return a change that removes a mistake as a code action."""
+    edit = types.TextEdit(range_of(text, change.span), change.text)
     return types.CodeAction(
-        mended.title,
+        change.title,
         types.CodeActionKind.QuickFix,
         [mistake(text, found)],
         is_preferred=True,

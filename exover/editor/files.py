@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 
 from exover.dataclass import dataclass
@@ -77,6 +77,13 @@ class Files:
         """Return the analysis of a text, and its version number in the editor; None each if there is none."""
         found = self.analysis(path)
         return found, self.known[path].version if path in self.known else None
+
+    def supposed(self, path: str, text: str) -> TextAnalysis | None:
+        """Return the analysis of a text as it would be if it were another one."""
+        known = {each: replace(file, parts=dict(file.parts)) for each, file in self.known.items()}
+        others = Files(known, dict(self._specs))
+        others.put(path, text, None)
+        return others.analysis(path)
 
     def drop(self, path: str) -> None:
         """Forget a text that the editor has closed; the file on disk counts again."""

@@ -6,7 +6,7 @@ thread analyses them in order, only the newest of each; findings come from a pro
 
 import asyncio
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -25,6 +25,7 @@ from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import proposals
 from exover.editor.files import Files, Together
 from exover.editor.findings import Told, findings
+from exover.editor.fixes import Fix, fix, removes
 from exover.editor.hover import hover
 from exover.editor.includes import included_at, proposed_paths, written_at
 from exover.editor.protocol import SpecProtocol, unreadable
@@ -374,6 +375,17 @@ def _names(server: SpecServer) -> None:
         return [convert.completion(known, each) for each in offered]
 
 
+def _fixes(
+    files: Files, path: str, document: Source, mistakes: Sequence[Diagnostic]
+) -> Iterator[tuple[Diagnostic, Fix]]:
+    """Yield the mistakes of a document that one change removes, each with that."""
+    for each in mistakes:
+        if change := fix(each, document):
+            after = files.supposed(path, change.applied(document))
+            if after and removes(change, each, document, after):
+                yield each, change
+
+
 def _renamed(files: Files, path: str, symbol: SpecSymbol, name: str) -> list[FileRename]:
     """Return the places to rename; raises `RenameRefused`, also if some are in a file that other specs have, too."""
     changes = rename(files.together(path), symbol, name)
@@ -429,5 +441,6 @@ def _changes(server: SpecServer) -> None:
         def touched(each: Diagnostic) -> bool:
             return each.span is not None and each.span.start <= end and start <= each.span.end
 
-        actions = (convert.action(text, uri, found.document, each) for each in found.mistakes if touched(each))
-        return [each for each in actions if each is not None]
+        near = list(filter(touched, found.mistakes))
+        fixes = await server.ask(lambda: list(_fixes(server.files, path_of(uri), found.document, near)))
+        return [convert.action(text, uri, each, change) for each, change in fixes]

@@ -8,6 +8,7 @@ import pytest
 from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
 from exover.editor.completion import proposals
 from exover.editor.convert import action, completion, mistake, outline
+from exover.editor.fixes import fix
 from exover.editor.hover import hover
 from exover.editor.text import EditorText
 from exover.source import Source
@@ -56,7 +57,8 @@ def asked(found: TextAnalysis, spec: TextAnalysis | None, random: Random) -> Non
     outline(text, found)
     for each in found.diagnostics:
         mistake(text, each)
-        action(text, "file:///a.exo", found.source, each)
+        if change := fix(each, found.source):
+            action(text, "file:///a.exo", each, change)
     for _ in range(5):
         offset = random.randrange(len(found.source.text) + 1)
         hover(found, offset, spec)
