@@ -137,8 +137,11 @@ class _Lines:
         first = statement.parts[0]
         gaps = self._gaps(statement, [comment.newlines for comment in comments] + [first.newlines])
         indent = " " * (INDENT * (statement.depth + (first.kind == "}")))
-        for gap, comment in zip(gaps, comments, strict=False):
-            self.done += [""] * gap + [indent + comment.text]
+        for number, (gap, comment) in enumerate(zip(gaps, comments, strict=False)):
+            if number and comment.newlines == 0:
+                self.done[-1] += " " + comment.text
+            else:
+                self.done += [""] * gap + [indent + comment.text]
         if first.kind != END:
             self.done += [""] * gaps[-1] + _broken(statement)
 

@@ -195,3 +195,18 @@ forbid a /* x */ or b
     /* own */ or c;
 """
     )
+
+
+def test_comments_on_one_line_stay_on_it() -> None:
+    text = "/* a */ /* b */ // c\nspec s;\n/* d\n   e */ /* f */ mutex m.a, m.b; /* g */ /* h */\n/* i *//* j */"
+    assert (
+        settled(text)
+        == """/* a */ /* b */ // c
+spec s;
+
+/* d
+   e */ /* f */
+mutex m.a, m.b; /* g */ /* h */
+/* i */ /* j */
+"""
+    )
