@@ -2,6 +2,7 @@
 
 import re
 from collections import deque
+from itertools import islice
 
 from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
@@ -10,6 +11,7 @@ from exover.syntax.conditions import STEPS
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
+from exover.syntax.parse import MAX_TOKENS
 
 _WORD = re.compile(r"(?<![A-Za-z0-9_])[A-Za-z_][A-Za-z0-9_]*\Z")
 _UNREAD = re.compile(r'"(?:\\.|[^"\\\r\n])*(?P<closed>"?)|//[^\n]*|/\*.*?(?P<ended>\*/|\Z)', re.DOTALL)
@@ -31,11 +33,16 @@ class Proposal:
 
 
 def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnalysis | None = None) -> list[Proposal]:
-    """Return proposals for the word at an offset, of which a part may be typed; names first, then keywords."""
+    """Return proposals for the word at an offset, of which a part may be typed; names first, then keywords.
+
+    There are none where the text before is too large to be read.
+    """
     before = analysis.document.text[: offset - analysis.document.base]
     before = before[: len(before) - len(found[0])] if (found := _WORD.search(before)) else before
-    read = [token for token in tokens(before, [], start == "properties") if token.kind != END]
     if _inside(before) or _NUMBER.search(before):
+        return []
+    read = [each for each in islice(tokens(before, [], start == "properties"), MAX_TOKENS) if each.kind != END]
+    if len(read) == MAX_TOKENS:
         return []
     symbols = _symbols(analysis.index, spec.index if spec else None)
     place = _place(read, start)

@@ -4,11 +4,13 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from itertools import islice
 
 from exover.dataclass import dataclass
 from exover.source import Source, Span
 from exover.syntax.includes import joined
 from exover.syntax.lex import STRING, Token, string_value, tokens
+from exover.syntax.parse import MAX_TOKENS
 
 MAX_FOLDERS = 200
 """The most folders in which parts are looked for."""
@@ -46,9 +48,9 @@ def written_at(document: Source, offset: int) -> WrittenPath | None:
 
 
 def _path_at(document: Source, offset: int) -> Token | None:
-    """Return the string behind `include` at an offset; None if there is none."""
+    """Return the string behind `include` at an offset; None if there is none, or the text before is too large."""
     last: deque[str] = deque(("", ""), 2)
-    for token in tokens(document.text, [], base=document.base):
+    for token in islice(tokens(document.text, [], base=document.base), MAX_TOKENS):
         if token.start > offset:
             return None
         if token.kind == STRING and last[1] == "include" and last[0] in (";", "}") and offset <= token.end:

@@ -365,13 +365,15 @@ def _names(server: SpecServer) -> None:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
         offset = text.offset((at.line, at.character))
-        written = None if path_of(uri).endswith(SUFFIX) else written_at(found.document, offset)
+        written = (
+            None if path_of(uri).endswith(SUFFIX) else await server.ask(partial(written_at, found.document, offset))
+        )
         if written:
             paths = partial(proposed_paths, found.document.name, written.before, server.files.is_part)
             return [convert.path_completion(text, written, each) for each in await server.ask(paths)]
         spec = await server.spec(uri)
         known = [each for each in (found, spec) if each]
-        offered = proposals(found, offset, start_of(found.document), spec)
+        offered = await server.ask(lambda: proposals(found, offset, start_of(found.document), spec))
         return [convert.completion(known, each) for each in offered]
 
 

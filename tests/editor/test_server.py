@@ -228,6 +228,9 @@ def test_ten_megabytes_do_not_stop_it(editor: Editor, rover: str) -> None:
     big = editor.open("big.exo", "spec big;\n" + "mutex a.b, c.d; // 10 MB\n" * 420_000)
     editor.change(big, "spec big;\n" + "mutex a.b, c.d; // 10 MB\n" * 420_001)
     assert editor.diagnostics(big)[0].code == "E003"
+    end = types.Position(420_002, 0)
+    assert editor.run(editor.client.text_document_completion_async(types.CompletionParams(at(big), end))) == []
+    assert not editor.run(editor.client.text_document_definition_async(types.DefinitionParams(at(big), end)))
     huge = editor.open("huge.exo", "x" * (16 * 1024 * 1024 + 1))
     assert editor.diagnostics(huge)[0].code == "E003"
     editor.close(big)
