@@ -163,7 +163,8 @@ class Files:
         if path not in self._specs:
             with suppress(OSError):  # a folder cannot be read
                 self._specs[path] = find_specs(path) if path.endswith(SUFFIX) else find_including(path)
-        return [each for each in map(os.path.abspath, self._specs.get(path, [])) if not self._belongs(each)]
+        found = [_from(os.path.dirname(path), each) for each in self._specs.get(path, [])]
+        return [each for each in found if not self._belongs(each)]
 
     def _open_including(self, part: str) -> list[str]:
         return [each for each in self._open_specs() if self.analysis(each) and part in self.known[each].parts]
@@ -238,6 +239,14 @@ class Files:
                 return None
             return TextFile(path, "", open=False, unread=unread(error))
         return file
+
+
+def _from(folder: str, file: str) -> str:
+    """Return the path of a file as an editor spells it that has a folder near it open, perhaps behind a link."""
+    place, name = os.path.split(os.path.abspath(file))
+    near = os.path.relpath(os.path.realpath(place), os.path.realpath(folder))
+    spelt = os.path.normpath(os.path.join(folder, near, name))
+    return spelt if os.path.realpath(spelt) == os.path.realpath(file) else os.path.join(place, name)
 
 
 def _stamp(path: str) -> tuple[int, int]:

@@ -131,3 +131,15 @@ def test_a_name_in_a_part_of_several_specs_is_not_renamed(editor: Editor, there:
     reason = "a part of no spec that is known, or of several" if there else "belongs to"
     with pytest.raises(JsonRpcException, match=reason):
         editor.run(editor.client.text_document_rename_async(types.RenameParams(at(uri), word, "rest")))
+
+
+def test_a_part_in_a_folder_behind_a_link_is_read_with_its_spec(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    editor = Editor(tmp_path / "link")
+    written(editor, arm=ARM, one=ONE)
+    arm = open_(editor, "arm.exo", ARM + "mutex x: arm.home, nd.stop;\n")
+    assert editor.diagnostics(arm, lines(2))
+    editor.change(arm, ARM.replace("home", "rest"))
+    assert editor.diagnostics(editor.uri("one.exo"), lines(3))
+    editor.stop()
