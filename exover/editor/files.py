@@ -29,6 +29,22 @@ Together = list[tuple[str, TextAnalysis]]
 """Path and analysis of a spec, then of each of its properties files; or of a text that belongs to no spec."""
 
 
+def texts_of(group: Together) -> list[list[str]]:
+    """Return the texts of a spec with its parts, then those of its properties files."""
+    return [[file.text for file in found.source.files] for _, found in group]
+
+
+def closed_files(groups: list[Together], opened: set[str]) -> dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]]:
+    """Return for each file that is not open its text and diagnostics in each spec that it belongs to."""
+    found: dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]] = {}
+    for group in groups:
+        for _, analysis in group:
+            for file in analysis.source.files:
+                if file.name not in opened:
+                    found.setdefault(file.name, []).append((file, analysis.of(file)))
+    return found
+
+
 @dataclass(slots=True)
 class TextFile:
     """The text of a path: the editor's while it is `open`, else that on disk when the file had this `stamp`."""

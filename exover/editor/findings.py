@@ -35,6 +35,14 @@ class Told:
     message: str
 
 
+@dataclass(frozen=True, slots=True)
+class TextFindings:
+    """The findings of a spec, and the texts that they are of."""
+
+    texts: list[list[str]]
+    told: list[Told]
+
+
 async def findings(spec: Gathered, properties: Source | None, seconds: float) -> list[Told]:
     """Return the findings of a spec within so many seconds; none if the command fails.
 

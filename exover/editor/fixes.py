@@ -1,11 +1,13 @@
 """Quick fixes: one change of the text that removes a mistake: the nearest name, the meant word, a missing `;`."""
 
 import re
+from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
 
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor.analysis import TextAnalysis
+from exover.editor.files import Files
 from exover.source import Source, Span
 
 _MEANT = re.compile(r"did you mean `([^`…]+)`\?\Z|write `(?![^`]*(?:[A-Z]{2}|\b[a-z]\b))([^`…]+)`\Z")
@@ -29,6 +31,17 @@ class Fix:
         """Return a text with the change."""
         start, end = self.span.start - source.base, self.span.end - source.base
         return source.text[:start] + self.text + source.text[end:]
+
+
+def fixes(
+    files: Files, path: str, document: Source, mistakes: Sequence[Diagnostic]
+) -> Iterator[tuple[Diagnostic, Fix]]:
+    """Yield the mistakes of a document that one change removes, each with that."""
+    for each in mistakes:
+        if change := fix(each, document):
+            after = files.supposed(path, change.applied(document))
+            if after and removes(change, each, document, after):
+                yield each, change
 
 
 def fix(diagnostic: Diagnostic, source: Source) -> Fix | None:

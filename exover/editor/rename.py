@@ -5,6 +5,7 @@ import re
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
+from exover.editor.files import Files
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.source import Source, Span
 from exover.syntax import tree
@@ -29,6 +30,15 @@ class FileRename:
     def path(self) -> str:
         """The path of the file."""
         return self.file.name
+
+
+def rename_everywhere(files: Files, path: str, symbol: SpecSymbol, name: str) -> list[FileRename]:
+    """Return the places to rename; raises `RenameRefused`, also if some are in a file that other specs have, too."""
+    changes = rename(files.together(path), symbol, name)
+    for change in changes:
+        if len(owners := files.owners(change.path)) > 1:
+            raise RenameRefused(f"{change.path} belongs to {' and '.join(sorted(owners))}: rename it by hand")
+    return changes
 
 
 def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[FileRename]:

@@ -6,7 +6,7 @@ thread analyses them in order, only the newest of each; findings come from a pro
 
 import asyncio
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -18,18 +18,17 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from exover import __version__
-from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor import convert
 from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import proposals
-from exover.editor.files import Files, Together
-from exover.editor.findings import Told, findings
-from exover.editor.fixes import Fix, fix, removes
+from exover.editor.files import Files, Together, closed_files, texts_of
+from exover.editor.findings import TextFindings, Told, findings
+from exover.editor.fixes import fixes
 from exover.editor.hover import hover
 from exover.editor.includes import included_at, proposed_paths, written_at
 from exover.editor.protocol import SpecProtocol, unreadable
-from exover.editor.rename import FileRename, RenameRefused, rename
+from exover.editor.rename import RenameRefused, rename_everywhere
 from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, PositionEncoding, without_mark
 from exover.places import SPEC, SUFFIX
@@ -44,30 +43,6 @@ SECONDS = 1.0
 """The default of `checkSeconds`: seconds that checks have; with 0 none are started."""
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True)
-class TextFindings:
-    """The findings of a spec, and the texts that they are of."""
-
-    texts: list[list[str]]
-    told: list[Told]
-
-
-def texts_of(group: Together) -> list[list[str]]:
-    """Return the texts of a spec with its parts, then those of its properties files."""
-    return [[file.text for file in found.source.files] for _, found in group]
-
-
-def _closed(groups: list[Together], opened: set[str]) -> dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]]:
-    """Return for each file that is not open its text and diagnostics in each spec that it belongs to."""
-    found: dict[str, list[tuple[Source, tuple[Diagnostic, ...]]]] = {}
-    for group in groups:
-        for _, analysis in group:
-            for file in analysis.source.files:
-                if file.name not in opened:
-                    found.setdefault(file.name, []).append((file, analysis.of(file)))
-    return found
 
 
 class SpecServer(LanguageServer):
@@ -191,7 +166,7 @@ class SpecServer(LanguageServer):
         for uri, (found, version) in zip(self.opened, numbered, strict=True):
             if found:
                 wanted[uri] = version, self._wrong([(found.document, found.mistakes)], told)
-        for path, places in _closed(groups, set(paths)).items():
+        for path, places in closed_files(groups, set(paths)).items():
             if wrong := self._wrong(places, told):
                 wanted[self.uri(path)] = None, wrong
         for uri in self.shown.keys() - wanted.keys():
@@ -365,36 +340,13 @@ def _names(server: SpecServer) -> None:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
         offset = text.offset((at.line, at.character))
-        written = (
-            None if path_of(uri).endswith(SUFFIX) else await server.ask(partial(written_at, found.document, offset))
-        )
-        if written:
+        is_spec = not path_of(uri).endswith(SUFFIX)
+        if is_spec and (written := await server.ask(partial(written_at, found.document, offset))):
             paths = partial(proposed_paths, found.document.name, written.before, server.files.is_part)
             return [convert.path_completion(text, written, each) for each in await server.ask(paths)]
         spec = await server.spec(uri)
-        known = [each for each in (found, spec) if each]
         offered = await server.ask(lambda: proposals(found, offset, start_of(found.document), spec))
-        return [convert.completion(known, each) for each in offered]
-
-
-def _fixes(
-    files: Files, path: str, document: Source, mistakes: Sequence[Diagnostic]
-) -> Iterator[tuple[Diagnostic, Fix]]:
-    """Yield the mistakes of a document that one change removes, each with that."""
-    for each in mistakes:
-        if change := fix(each, document):
-            after = files.supposed(path, change.applied(document))
-            if after and removes(change, each, document, after):
-                yield each, change
-
-
-def _renamed(files: Files, path: str, symbol: SpecSymbol, name: str) -> list[FileRename]:
-    """Return the places to rename; raises `RenameRefused`, also if some are in a file that other specs have, too."""
-    changes = rename(files.together(path), symbol, name)
-    for change in changes:
-        if len(owners := files.owners(change.path)) > 1:
-            raise RenameRefused(f"{change.path} belongs to {' and '.join(sorted(owners))}: rename it by hand")
-    return changes
+        return [convert.completion([found, *([spec] if spec else [])], each) for each in offered]
 
 
 def _changes(server: SpecServer) -> None:
@@ -415,7 +367,7 @@ def _changes(server: SpecServer) -> None:
         if asked is None:
             raise JsonRpcInvalidParams("no name stands here")
         try:
-            changes = await server.ask(lambda: _renamed(server.files, path_of(uri), asked[0], params.new_name))
+            changes = await server.ask(lambda: rename_everywhere(server.files, path_of(uri), asked[0], params.new_name))
         except RenameRefused as reason:
             raise JsonRpcInvalidParams(str(reason)) from reason
         edits = {}
@@ -444,5 +396,5 @@ def _changes(server: SpecServer) -> None:
             return each.span is not None and each.span.start <= end and start <= each.span.end
 
         near = list(filter(touched, found.mistakes))
-        fixes = await server.ask(lambda: list(_fixes(server.files, path_of(uri), found.document, near)))
-        return [convert.action(text, uri, each, change) for each, change in fixes]
+        found_fixes = await server.ask(lambda: list(fixes(server.files, path_of(uri), found.document, near)))
+        return [convert.action(text, uri, each, change) for each, change in found_fixes]

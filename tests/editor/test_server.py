@@ -414,6 +414,7 @@ def test_a_properties_file_that_cannot_be_read_is_told_though_it_is_not_open(edi
     prop = editor.uri("apart/odd.prop")
     editor.versions[prop] = None  # the server has no number of it
     uri = editor.open("apart/odd.exo", text)
+    assert editor.diagnostics(uri, lambda each: not each) == []  # else the file might be read before it is written
     for make, code in (
         (lambda: (place / "odd.prop").write_bytes(b"for odd; // caf\xe9\n"), "E002"),
         (lambda: (place / "odd.prop").symlink_to("nowhere"), "E001"),
