@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.model.model import Latch, Model, Parameter, Request
+from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
@@ -127,10 +127,6 @@ class Carry:
     def remembers(self, number: RecordField) -> bool:
         """Return whether a field of NEW is carried over."""
         return self.way(number) is not None
-
-    def same_latch(self, latch: Latch) -> bool:
-        """Return whether OLD has an equal latch."""
-        return latch in self.old.model.latches
 
 
 def _param(model: Model, request: str, name: str) -> Parameter:

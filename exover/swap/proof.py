@@ -4,7 +4,7 @@ The condition is an over-approximation: it holds in all states in which the rule
 may be refused without need. For a rule that no such condition can express, the result is None.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import assert_never
@@ -34,12 +34,17 @@ from exover.model.expression import (
     atoms,
     operands,
 )
-from exover.model.model import Latch, Rule
+from exover.model.model import Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
+from exover.model.types import Enum, Type
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.swap import record
 from exover.swap.carry import Carry
+from exover.swap.latching import Latching
+
+Values = tuple[str, ...] | None
+"""The values of OLD that a term may have if it is of an enum, else None."""
 
 
 class Unsayable(Exception):
@@ -56,6 +61,10 @@ class Obligations:
     @cached_property
     def _questions(self) -> DecisionContext:
         return DecisionContext(Vocabulary(self.carry.new.model))
+
+    @cached_property
+    def _latching(self) -> Latching:
+        return Latching(self.carry.new.model)
 
     def properties(self, rules: Iterable[Rule]) -> Iterator[tuple[Rule, Property | None]]:
         """Yield each of these rules of NEW that may be broken, with the property of OLD that it never is; None if no
@@ -86,12 +95,18 @@ class Obligations:
     # ---- rules ----
 
     def _broken(self, rule: Rule) -> Cond:
+        """Return where a rule is broken before NEW looks at its latches, or after."""
+        before, after = (self._breaks(rule, cond) for cond in (rule.condition, self._latching.latched(rule.condition)))
+        return before if before == after else Or((before, after))
+
+    def _breaks(self, rule: Rule, condition: Cond) -> Cond:
+        """Return where a rule is broken that has this condition."""
         once_stopped = self._questions.restored(rule)
         if rule.slot_of is None:
-            return self._cond(rule.condition, once_stopped)
+            return self._cond(condition, once_stopped)
         if self._gone(rule.slot_of):
             return FALSE
-        parts = rule.condition.parts if isinstance(rule.condition, And) else (rule.condition,)
+        parts = condition.parts if isinstance(condition, And) else (condition,)
         own = [part for part in parts if _of_arguments(part)]
         others = [part for part in parts if not _of_arguments(part)]
         if any(_mentions_arguments(part) for part in others):
@@ -121,9 +136,7 @@ class Obligations:
                 inner = None if where is None else self._arguments(where, request)
                 return Status("running" if once_stopped and phase == "active" else phase, request, inner)
             case Past(request, where):
-                if not self.carry.remembers(record.CarriedPast(request, where)):
-                    return FALSE
-                return cond
+                return self._past(request, None if where == TRUE else where)
             case Last(request, outcome):
                 kept = self.carry.remembers(record.CarriedLast(request, True))
                 return cond if kept else TRUE if outcome == "none" else FALSE
@@ -132,31 +145,17 @@ class Obligations:
             case _:
                 assert_never(cond)
 
+    def _past(self, request: str, where: Cond | None) -> Cond:
+        """Return the condition on a past of OLD for one of NEW, which NEW remembers as a flag."""
+        flag = record.CarriedPast(request, where)
+        if flag not in self.carry.after:
+            raise Unsayable
+        return Past(request, where) if self.carry.remembers(flag) else FALSE
+
     def _compare(self, cond: Compare, once_stopped: bool) -> Cond:
-        latch = self._latch(cond)
-        if latch is not None:
-            return latch
         if once_stopped and any(map(_counts, operands(cond))) and not _grows(cond):
             raise Unsayable
-        return self._typed(Compare(cond.operator, self._term(cond.left), self._term(cond.right)))
-
-    def _latch(self, cond: Compare) -> Cond | None:
-        """Return the condition for a comparison of a latch that differs in OLD: that NEW may set it; else None."""
-        match cond:
-            case Compare("==" | "!=", Reading(name), Const(bool(wanted))):
-                found = [latch for latch in self.carry.new.model.latches if latch.name == name]
-                if not found or self.carry.same_latch(found[0]):
-                    return None
-                is_set = self._set(found[0])
-                return is_set if wanted == (cond.operator == "==") else Not(is_set)
-            case _:
-                return None
-
-    def _set(self, latch: Latch) -> Cond:
-        condition = self._cond(latch.condition, False)
-        if any(known.name == latch.name for known in self.carry.old.model.latches):
-            return Or((Compare("==", Reading(latch.name), Const(True)), condition))
-        return condition
+        return _valued(Compare(cond.operator, self._term(cond.left), self._term(cond.right)), self._values)
 
     def _term(self, term: ModelTerm) -> ModelTerm:
         match term:
@@ -183,10 +182,7 @@ class Obligations:
         ]
         if any(number.how != "unread" and self.carry.remembers(number) for number in ways):
             return Reading(name)
-        variables = self.carry.new.model.variable
-        if name not in variables:
-            raise Unsayable
-        return Const(variables[name].initial)
+        return Const(self._questions.start.readings[name])
 
     def _used(self, resource: str) -> ModelTerm:
         """Return the used share of a resource, counting for each active slot all shares that it may have."""
@@ -200,11 +196,12 @@ class Obligations:
     # ---- arguments ----
 
     def _arguments(self, where: Cond, request: str) -> Cond:
-        """Return a condition on arguments of NEW as one on those of OLD: a comparison with an enum value that OLD does
-        not have is decided, since no argument of OLD has that value.
-        """
+        """Return a condition on arguments of NEW as one on those of OLD."""
         old = self.carry.old.model.request[request]
         types = {parameter.name: parameter.type for parameter in (*old.params, *old.results)}
+
+        def values(term: ModelTerm) -> Values:
+            return _enum_values(types[term.name]) if isinstance(term, Param) else _constant_value(term)
 
         def known(cond: Cond) -> Cond:
             match cond:
@@ -214,26 +211,44 @@ class Obligations:
                     return Or(tuple(map(known, parts)))
                 case Not(part):
                     return Not(known(part))
-                case Compare(operator, Param(name), Const(str(value))) if value not in getattr(
-                    types[name], "values", ()
-                ):
-                    return TRUE if operator == "!=" else FALSE
+                case Compare():
+                    return _valued(cond, values)
                 case _:
                     return cond
 
         return _folded(known(where))
 
-    def _typed(self, cond: Compare) -> Cond:
-        """Return a comparison; one with an enum value that OLD does not have is decided."""
-        match cond:
-            case Compare(operator, Reading(name), Const(str(value))) if not self._knows(name, value):
-                return TRUE if operator == "!=" else FALSE
+    def _values(self, term: ModelTerm) -> Values:
+        variables = self.carry.old.model.variable
+        match term:
+            case Reading(name) if name in variables:
+                return _enum_values(variables[name].type)
             case _:
-                return cond
+                return _constant_value(term)
 
-    def _knows(self, name: str, value: str) -> bool:
-        kind = self.carry.old.model.variable[name].type
-        return value in getattr(kind, "values", ())
+
+def _valued(cond: Compare, values: Callable[[ModelTerm], Values]) -> Cond:
+    """Return a comparison of NEW as one on terms of OLD: enums are compared by the names of the values that both have
+    in OLD, since there they may be two types.
+    """
+    mine, other = values(cond.left), values(cond.right)
+    if mine is None or other is None or mine == other:
+        return cond
+    both = [value for value in mine if value in other]
+    same = Or(tuple(And((_is(cond.left, value), _is(cond.right, value))) for value in both))
+    return same if cond.operator == "==" else Not(same)
+
+
+def _is(term: ModelTerm, value: str) -> Cond:
+    return TRUE if isinstance(term, Const) else Compare("==", term, Const(value))
+
+
+def _enum_values(kind: Type) -> Values:
+    return kind.values if isinstance(kind, Enum) else None
+
+
+def _constant_value(term: ModelTerm) -> Values:
+    return (term.value,) if isinstance(term, Const) and isinstance(term.value, str) else None
 
 
 def _never(name: str, bad: Formula, rule: Rule) -> Property:

@@ -159,6 +159,86 @@ def test_what_is_of_another_kind_starts_anew() -> None:
         assert not carry.remembers(CarriedReading(name, "ordinal"))
 
 
+def module(*requests: str) -> str:
+    return f"module m {{ {' '.join(requests)} }}"
+
+
+HOT = "forbid x: hot and active(m.a) by kill m.a;"
+INK = "resource ink: 3 consumable; latch hot: when level(ink) < 2 until m.b;"
+DRAWING = INK + module("request a() { consumes ink 1; check not hot; }", "request b();") + HOT
+READ, COLD, PLAIN = (module(f"request a() {{ {guard} }}", "request b();") for guard in ("check p;", "check not p;", ""))
+WARM = "poster t: real in 0 .. 10 = {}; latch hot: when t > 5 until m.b;" + HOT
+TWO = "latch warm: when {} until m.b; latch hot: when warm until m.b;" + HOT
+P, Q = "poster p: bool = false;", "poster q: bool = false;"
+LATCHED = {
+    "a latch of NEW is set at the start": (
+        P + COLD,
+        P.replace("false", "true") + "latch hot: when p until m.b;" + COLD + HOT,
+    ),
+    "a launch lowers a level that is looked at later": (DRAWING, DRAWING),
+    "what it reads starts anew": (
+        WARM.format(0) + PLAIN.replace("a() {", "a() { check not hot;"),
+        WARM.format(6) + PLAIN.replace("a() {", "a() { check t < 8;"),
+    ),
+    "the latch that it reads is another": (
+        P + Q + TWO.format("p") + PLAIN.replace("a() {", "a() { check not warm; check not q;"),
+        P + Q + TWO.format("p or q") + PLAIN,
+    ),
+    "one that nothing reads is not remembered": (
+        P + "latch hot: when p until m.b;" + READ,
+        P + Q + "latch hot: when p and q until m.b;" + PLAIN + HOT.replace("hot", "not hot"),
+    ),
+}  # fmt: skip
+"""OLD and NEW, whose rule x is broken before the latches of NEW are looked at, or after, while m.a runs."""
+
+
+@pytest.mark.parametrize(("old", "new"), LATCHED.values(), ids=LATCHED)
+def test_a_rule_is_asked_before_and_after_the_latches_are_looked_at(old: str, new: str) -> None:
+    before, after = (build(model_of(f"spec s; {text}")) for text in (old, new))
+    _, answer = swap(before, after, proved(before))
+    assert (answer.verdict, answer.ended) == ("holds", {"m.a": ("x",)})
+
+
+def test_a_past_whose_condition_is_always_true_is_any_past() -> None:
+    old = "spec s;" + module("request a(v: int in 0 .. 2);", "request b() { check not past(m.a); }")
+    new = old + "forbid x: past(m.a with 0 * v < 1) and active(m.b) by kill m.b;"
+    before, after = (build(model_of(each)) for each in (old, new))
+    _, answer = swap(before, after, proved(before))
+    assert (answer.verdict, answer.ended) == ("holds", {"m.b": ("x",)})
+
+
+TURNED = "poster v: {x, y} = x; poster w: {y, x} = y;"
+APART = "".join(f"forbid {v}: v == {v} and w == {w} and active(m.b) by kill m.b;" for v, w in ("xy", "yx"))
+SAME = "forbid x: v == w and active(m.b) by kill m.b;"
+READ_V, READ_BOTH = "request a() { check v == x; }", "request a() { check v == x; check w == y; }"
+ENUMS = {
+    "two orders in OLD": (
+        TURNED + module(READ_BOTH, "request b();") + APART, TURNED.replace("y, x", "x, y"), SAME, ["m.b"],
+    ),
+    "what starts anew, at the right": (
+        "poster v: {x, y} = x;" + module(READ_V, "request b();"),
+        "poster v: {x, y, z} = x; poster w: {x, y, z} = z;", SAME.replace("v == w", "w == v"), [],
+    ),
+    "a value that OLD lacks, at the left": (
+        "poster v: {x, y} = x;" + module(READ_V, "request b();"),
+        "poster v: {x, y, z} = x;", SAME.replace("v == w", "z == v"), [],
+    ),
+    "a value that no argument of OLD has, at the left": (
+        module("request a(v: {x, y});", "request b() { check not active(m.a with v == x); }"), "",
+        "forbid x: active(m.a with z == v) and active(m.b) by kill m.b;", [],
+    ),
+}  # fmt: skip
+"""OLD, what NEW declares, its rule, and what has to end."""
+
+
+@pytest.mark.parametrize(("old", "posters", "rule", "ended"), ENUMS.values(), ids=ENUMS)
+def test_enums_are_compared_by_the_names_of_their_values(old: str, posters: str, rule: str, ended: list[str]) -> None:
+    requests = module("request a();" if posters else "request a(v: {x, y, z});", "request b();")
+    before, after = (build(model_of(f"spec s; {text}")) for text in (old, posters + requests + rule))
+    _, answer = swap(before, after, proved(before))
+    assert (answer.verdict, list(answer.ended)) == ("holds", ended)
+
+
 def test_an_end_that_old_does_not_remember_is_told() -> None:
     old, new = (
         build(model_of(f"spec s; module m {{ request a(); request b() {{ {guard} }} }}"))
