@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
     FALSE,
     TRUE,
@@ -41,7 +40,9 @@ from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.swap import record
 from exover.swap.carry import Carry
+from exover.swap.folding import folded
 from exover.swap.latching import Latching
+from exover.swap.later import BrokenLater
 
 Values = tuple[str, ...] | None
 """The values of OLD that a term may have if it is of an enum, else None."""
@@ -56,6 +57,7 @@ class Obligations:
     """The properties that OLD must have for NEW to take over; `ended`: requests of OLD that are idle by then."""
 
     carry: Carry
+    later: BrokenLater
     ended: frozenset[str]
 
     @cached_property
@@ -72,7 +74,7 @@ class Obligations:
         """
         for number, rule in enumerate(rules):
             try:
-                bad = _folded(self._broken(rule))
+                bad = folded(Or((self._broken(rule), self._broken_later(rule))))
             except Unsayable:
                 yield rule, None
                 continue
@@ -86,7 +88,8 @@ class Obligations:
     def about(self, rule: Rule) -> tuple[str, ...]:
         """Return the requests of OLD that are still active and that a rule depends on, in the order of the text."""
         model = self.carry.new.model
-        named = {part for atom in atoms(rule.condition) for part in _requests(atom)}
+        conditions = (rule.condition, self.later.of(rule) or TRUE)
+        named = {part for cond in conditions for atom in atoms(cond) for part in _requests(atom)}
         used = {term.resource for term in operands(rule.condition) if isinstance(term, Used)}
         named |= {request.name for request in model.requests if any(s.resource in used for s in request.shares)}
         named |= {rule.slot_of} if rule.slot_of else set()
@@ -98,6 +101,13 @@ class Obligations:
         """Return where a rule is broken before NEW looks at its latches, or after."""
         before, after = (self._breaks(rule, cond) for cond in (rule.condition, self._latching.latched(rule.condition)))
         return before if before == after else Or((before, after))
+
+    def _broken_later(self, rule: Rule) -> Cond:
+        """Return where later steps of NEW may break a rule."""
+        found = self.later.of(rule)
+        if found is None:
+            raise Unsayable
+        return self._cond(found, False)
 
     def _breaks(self, rule: Rule, condition: Cond) -> Cond:
         """Return where a rule is broken that has this condition."""
@@ -216,7 +226,7 @@ class Obligations:
                 case _:
                     return cond
 
-        return _folded(known(where))
+        return folded(known(where))
 
     def _values(self, term: ModelTerm) -> Values:
         variables = self.carry.old.model.variable
@@ -286,40 +296,3 @@ def _grows(cond: Compare) -> bool:
 def _counts(term: ModelTerm) -> bool:
     """Return whether a term grows with the active slots; that of OLD is never less than that of NEW."""
     return isinstance(term, Used | Count)
-
-
-def _folded(cond: Cond) -> Cond:
-    """Return an equivalent condition without parts that constants decide (constant folding)."""
-    match cond:
-        case And(parts):
-            left = [part for part in map(_folded, parts) if part != TRUE]
-            return FALSE if FALSE in left else left[0] if len(left) == 1 else And(tuple(left))
-        case Or(parts):
-            left = [part for part in map(_folded, parts) if part != FALSE]
-            return TRUE if TRUE in left else left[0] if len(left) == 1 else Or(tuple(left))
-        case Not(part):
-            inner = _folded(part)
-            return FALSE if inner == TRUE else TRUE if inner == FALSE else Not(inner)
-        case Compare(operator, left_side, right_side):
-            return _decided(operator, left_side, right_side, cond)
-        case _:
-            return cond
-
-
-def _decided(operator: str, left: ModelTerm, right: ModelTerm, cond: Compare) -> Cond:
-    mine, other = _constant(left), _constant(right)
-    if mine is None or other is None:
-        return cond
-    return TRUE if OPERATORS[operator](mine, other) else FALSE
-
-
-def _constant(term: ModelTerm) -> int | float | str | bool | None:
-    match term:
-        case Const(value):
-            return value
-        case Count(()):
-            return 0
-        case Sum(constant, ()):
-            return constant
-        case _:
-            return None

@@ -8,6 +8,7 @@ from exover.loop.claim import Verdict
 from exover.model.model import Rule
 from exover.model.property import Property
 from exover.swap.carry import Carry
+from exover.swap.later import BrokenLater
 from exover.swap.proof import Obligations
 from exover.swap.record import CarriedLast, CarriedLevel, CarriedPast, CarriedReading, RecordField
 
@@ -37,47 +38,44 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
     ended: dict[str, tuple[str, ...]] = dict.fromkeys(
         (r.name for r in carry.old.model.requests if r.name in carry.changed), ()
     )
-    rules = carry.new.model.rules
-    asked, found = _ask(carry, ended, rules, ask)
+    rules, start = carry.new.model.rules, Obligations(carry, BrokenLater(carry.new), frozenset(ended))
+    asked, found = _ask(start, rules, ask)
     while found:
-        helped = _helped(carry, ended, list(found), ask)
+        obligations = replace(start, ended=frozenset(ended))
+        helped = _helped(obligations, list(found), ask)
         if not helped:
             break
         chosen = max(helped, key=lambda name: (len(helped[name]), -list(helped).index(name)))
-        obligations = Obligations(carry, frozenset(ended))
         wanted = helped[chosen] or [rule for rule in found if chosen in obligations.about(rule)]
         ended[chosen] = tuple(dict.fromkeys(rule.name for rule in wanted))
-        _, found = _ask(carry, ended, tuple(found), ask)
+        _, found = _ask(replace(start, ended=frozenset(ended)), tuple(found), ask)
     said = set(found.values())
     verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
     names = tuple(dict.fromkeys(rule.name for rule in found))
     return SwapAnswer(verdict, ended, names, asked, len({rule.name for rule in rules}), tuple(_forgotten(carry)))
 
 
-def _ask(
-    carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: AskProperties
-) -> tuple[int, dict[Rule, Verdict]]:
+def _ask(obligations: Obligations, rules: tuple[Rule, ...], ask: AskProperties) -> tuple[int, dict[Rule, Verdict]]:
     """Return how many rules, by name, needed a check, and the verdicts of the rules that may be broken."""
-    known = list(Obligations(carry, frozenset(ended)).properties(rules))
+    known = list(obligations.properties(rules))
     verdicts = ask(tuple(prop for _, prop in known if prop is not None))
     found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
     broken: dict[Rule, Verdict] = {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
     return len({rule.name for rule, _ in known}), broken
 
 
-def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: AskProperties) -> dict[str, list[Rule]]:
+def _helped(before: Obligations, rules: list[Rule], ask: AskProperties) -> dict[str, list[Rule]]:
     """Return by request the rules that are not broken once it has ended, too; empty if some rule depends on none."""
-    before = frozenset(ended)
-    about = [Obligations(carry, before).about(rule) for rule in rules]
+    about = [before.about(rule) for rule in rules]
     if not all(about):
         return {}
-    names = [r.name for r in carry.old.model.requests if any(r.name in each for each in about)]
+    names = [r.name for r in before.carry.old.model.requests if any(r.name in each for each in about)]
     asked: dict[str, Property] = {}
     helped: dict[str, list[Rule]] = {name: [] for name in names}
     waiting: list[tuple[str, str, Rule]] = []
     for name in names:
         mine = tuple(rule for rule, each in zip(rules, about, strict=True) if name in each)
-        open_ones = dict(Obligations(carry, before | {name}).properties(mine))
+        open_ones = dict(replace(before, ended=before.ended | {name}).properties(mine))
         helped[name] += [rule for rule in mine if rule not in open_ones]
         for rule, prop in open_ones.items():
             if prop is not None:
