@@ -17,7 +17,7 @@ from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.run import box
 from exover.run.box import BoxStep
-from exover.run.codec import ABORTED, FAULTY, INVALID, KILL, LAUNCH, OWN, REJECT, UNSAID, VIOLATION, WAIT
+from exover.run.codec import ABORTED, C_CODES, FAULTY, INVALID, KILL, LAUNCH, OWN, REJECT, UNSAID, VIOLATION, WAIT
 from exover.run.simulate import ReferenceEngine
 
 NO_NAME = "?"
@@ -97,12 +97,14 @@ def _recorded(model: Model, names: Sequence[str], answer: Sequence[int]) -> Bare
     kind, request, slot, reason, launch_rule = answer
     verb = VERBS.get(kind, NO_NAME)
     if kind == INVALID:
-        return BareAction(verb)
+        plain = (request, slot, launch_rule) == (UNSAID, UNSAID, UNSAID)
+        return BareAction(verb if plain and 0 < reason <= len(C_CODES) else NO_NAME)
     own = {UNSAID: None, **OWN, FAULTY: "the checker is faulty"} | ({ABORTED: "abort"} if kind == KILL else {})
     rule = own[reason] if reason in own else _at(names, reason) or NO_NAME
     subject = _at(model.requests, request)
     name = None if request == UNSAID else subject.name if subject else NO_NAME
-    return BareAction(verb, name, None if slot == UNSAID else slot, rule, _at(names, launch_rule))
+    origin = None if launch_rule == UNSAID else _at(names, launch_rule) or NO_NAME
+    return BareAction(verb, name, None if slot == UNSAID else slot, rule, origin)
 
 
 def _said(action: Action) -> BareAction:
@@ -152,14 +154,16 @@ def _reading(model: Model, step: BoxStep) -> Json:
 
 
 def _report(model: Model, step: BoxStep) -> Json:
+    """Return a report as JSON; one with a status that is no failure, which the checker refuses, has no outcome."""
     subject, slot, outcome, status = step.words
     request = _at(model.requests, subject)
-    ending = OUTCOMES[outcome] if 0 < outcome < len(OUTCOMES) else NO_NAME
-    told: Json = {"report": request.name if request else NO_NAME, "instance": slot, "outcome": ending}
+    told = outcome if status == UNSAID or OUTCOMES[outcome : outcome + 1] == ("failed",) else UNSAID
+    ending = OUTCOMES[told] if 0 < told < len(OUTCOMES) else NO_NAME
+    found: Json = {"report": request.name if request else NO_NAME, "instance": slot, "outcome": ending}
     if request and ending == "ok" and (request.results or step.count):
-        return told | {"results": _named(request.results, step)}
+        return found | {"results": _named(request.results, step)}
     unknown = status != UNSAID and request is not None
-    return told | ({"status": _at(request.statuses, status) or NO_NAME} if unknown and request else {})
+    return found | ({"status": _at(request.statuses, status) or NO_NAME} if unknown and request else {})
 
 
 def _named(parameters: Sequence[Parameter], step: BoxStep) -> Json:

@@ -15,10 +15,12 @@ import pytest
 from exover.emit import c, rust
 from exover.engines.compiler import compile_in
 from exover.model.event import Invalid
+from exover.model.model import Model
 from exover.model.wire_reading import read_event
 from exover.pipeline import Build, build, engine
 from exover.run import box
 from exover.run.box import HEADER, LINE, BoxStep, NotABox, read_box
+from exover.run.codec import INVALID
 from exover.run.native import NativeEngine, runtime_file
 from exover.run.replay import replay
 from exover.run.rust import EDITION, FLAGS, build_crate, find_rustc
@@ -194,6 +196,67 @@ def test_no_changed_byte_is_believed(boxing: Boxing, small: Build) -> None:
         assert not held or held[-1] == whole[held[-1].number - 1] or held[-1].fault is None
 
 
+def checked(words: Sequence[int]) -> bytes:
+    """Return a line with the check that belongs to its words."""
+    check = reduce(lambda total, word: (total ^ word) * 16777619 & 0xFFFFFFFF, words, 2166136261)
+    return LINE.pack(*words, check)
+
+
+def is_well(model: Model, data: bytes, before: Sequence[bytes]) -> bool:
+    """Return whether all that a box holds, and all that it held, is compared and as the reference answers."""
+    found = read_box(data)
+    steps = [step for run in found.runs for step in replay(model, run, before)]
+    return not found.lost and all(step.agrees and step.expected is not None for step in steps)
+
+
+def test_what_no_checker_writes_is_not_believed_though_its_check_is_right(boxing: Boxing, small: Build) -> None:
+    """One word at a time, but what an event says itself (another may be answered alike) and the code of `invalid`."""
+    data = boxing(60).run(boxing(60).lines(EVENTS))
+    before = [json.dumps(event).encode() for event in EVENTS]
+    assert is_well(small.model, data, before)
+    for at in range(HEADER.size, len(data), LINE.size):
+        *words, _ = LINE.unpack_from(data, at)
+        what = words[2] & 255
+        other_kind = [*words[:2], words[2] & ~255 | (box.OPENED if what in box.EVENTS else box.END + 1), *words[3:]]
+        own = {box.OPENED: {1}, box.REPORT: {2, 3, 4, 5, 6}, box.VALUES: {3, 4, 5, 6}, box.ABORT: {3, 4}}
+        mine = {5} if words[2] >> 8 & 0xFFFF == INVALID else {3} if what in box.EVENTS else set()
+        others = set(range(7)) - own.get(what, mine)
+        flips = [(word, bit) for word in others for bit in (0, 9, 31) if (word, bit) != (2, 0)]
+        changed = [[*words[:word], words[word] ^ 1 << bit, *words[word + 1 :]] for word, bit in flips]
+        for each in [*changed, other_kind] if any(words) else ():
+            assert not is_well(small.model, data[:at] + checked(each) + data[at + LINE.size :], before), (words, each)
+
+
+@pytest.mark.parametrize("back", [1, 2, 9])
+def test_a_line_of_a_round_before_is_a_loss(back: int, boxing: Boxing, small: Build) -> None:
+    """It stands where a line was never written, so its check is right."""
+    boxed = boxing(20)
+    lines = boxed.lines(EVENTS)
+    data = boxed.run(lines)
+    newest = max(LINE.unpack_from(data, HEADER.size + place * LINE.size)[0] for place in range(20))
+    at = HEADER.size + (newest - 1 - back) % 20 * LINE.size
+    number, *rest, _ = LINE.unpack_from(data, at)
+    stale = data[:at] + checked([number - 20, *rest]) + data[at + LINE.size :]
+    before = [json.dumps(event).encode() for event in EVENTS]
+    assert is_well(small.model, data, before) and not is_well(small.model, stale, before)
+    assert read_box(stale).lost == 1
+
+
+def test_an_origin_that_the_spec_does_not_have_is_no_answer(small: Build) -> None:
+    for origin, agrees in ((-1, True), (-2, False), (99, False)):
+        (asked,) = replay(small.model, [BoxStep(1, box.ASK, (1,), 0, (), ((0x1E76, 1, 0, -1, origin),), 0)])
+        assert asked.agrees == agrees
+
+
+@pytest.mark.parametrize(
+    ("answer", "agrees"),
+    [((-1, -1, 2, -1), True), ((-1, -1, 0, -1), False), ((-1, -1, 10, -1), False), ((0, -1, 2, -1), False)],
+)
+def test_invalid_is_an_answer_with_one_of_its_codes(answer: tuple[int, ...], agrees: bool, small: Build) -> None:
+    (asked,) = replay(small.model, [BoxStep(1, box.ASK, (99,), 0, (), ((0x1369, *answer),), 0)])
+    assert asked.agrees == agrees
+
+
 def test_a_step_that_was_not_answered_stands_in_the_box(small: Build, program: Path) -> None:
     """The event is written before the checker sees it: a program that is stopped in the step leaves it behind."""
     stopped = """
@@ -292,6 +355,7 @@ def test_what_is_no_event_is_recorded_and_told(boxing: Boxing, small: Build) -> 
         "a 99 0", "a -1 0", "a 0 0", "a 0 3 0 0 0", "a 0 2 7ff8000000000000 0", "a 0 2 0 2", "a 1 0", "a 2 1 7",
         "o 0 7fffffffffffffff", "o 99 0", "o 1 fff0000000000000", "l 0 b", "l 9 0", "k 7 0", "k 0 9", "w 9", "w 0",
         "r 0 0 9 0 0", "r 0 0 1 -1 0", "r 0 1 2 5 0", "r 1 0 1 -1 1 0",
+        "r 1 0 1 0 0", "r 1 0 3 0 0",
     ]  # fmt: skip
     (run,) = read_box(boxing(200).run(lines)).runs
     steps = replay(small.model, run)
