@@ -15,7 +15,7 @@ from exover.engines.bdd.backward_reachability import BackwardReachability, TooWi
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import WIDE
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.model.expression import FALSE, TRUE, And, Compare, Cond, Const, Not, Or, Reading, Status
+from exover.model.expression import FALSE, TRUE, And, Compare, Cond, Const, Not, Or, Reading, Status, operands
 from exover.model.model import Kill, KillSlot, Rule, SetState
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum
@@ -25,8 +25,8 @@ from exover.ocrd.vector import Vocabulary
 from exover.swap.folding import folded
 from exover.swap.latching import Latching
 
-MOST_BITS = 200
-"""Bits of a state above which nothing is looked for."""
+MOST_BITS = 64
+"""Bits of a state above which nothing is looked for: it would take minutes."""
 MOST_CASES = 1 << 12
 """Cases of activity and readings that are told apart."""
 Case = tuple[Set, Cond]
@@ -57,19 +57,30 @@ class BrokenLater:
         return self._found[id(rule)]
 
     def _of(self, rule: Rule) -> Cond | None:
-        if not self._questions.restored(rule) or _is_killed(rule):
+        if not self._questions.restored(rule) or _is_killed(rule) or self._is_launched(rule):
             return FALSE
         try:
+            if (self._analysis.state_bits or 0) > MOST_BITS:
+                return None
             return self._reaching(self._analysis.meaning.rule(rule, once_stopped=rule.kind not in STRICT))
         except (TooLarge, TooWide):
             return None
+
+    def _is_launched(self, rule: Rule) -> bool:
+        """Return whether only a launch could break a rule: it grows with activity, and else reads states of modules
+        that no report sets to what breaks it.
+        """
+        model, names = self.new.model, {term.name for term in operands(rule.condition) if isinstance(term, Reading)}
+        states = {variable.name for variable in model.variables if variable.kind == "state"}
+        ends = (effect for r in model.requests for effect in (*r.on_ok, *r.on_failed, *r.on_interrupted))
+        sets = [effect for effect in ends if isinstance(effect, SetState) and effect.state in names]
+        grows = self._questions.growing[id(rule)] and rule.slot_of is None and names <= states
+        return grows and all(folded(_with(rule.condition, each)) == FALSE for each in sets)
 
     def _reaching(self, broken: Set) -> Cond | None:
         analysis = self._analysis
         if analysis.excluded(broken):
             return FALSE
-        if (analysis.state_bits or 0) > MOST_BITS:
-            return None
         backwards = BackwardReachability(analysis.stepper, analysis.stepper.universe, WIDE)
         found = backwards.possible(broken & backwards.within, lambda _: True, lambda _: False)
         return self._described(found & ~broken, backwards.within & ~broken)
@@ -141,6 +152,23 @@ def _is_killed(rule: Rule) -> bool:
         or (isinstance(remedy, Kill) and folded(_without(rule.condition, remedy.requests)) == FALSE)
         for remedy in rule.remedies
     )
+
+
+def _with(cond: Cond, effect: SetState) -> Cond:
+    """Return a condition with a state taken as what an effect sets it to, in comparisons with constants."""
+    match cond:
+        case And(parts):
+            return And(tuple(_with(part, effect) for part in parts))
+        case Or(parts):
+            return Or(tuple(_with(part, effect) for part in parts))
+        case Not(part):
+            return Not(_with(part, effect))
+        case Compare(operator, Reading(effect.state), right):
+            return Compare(operator, Const(effect.value), right)
+        case Compare(operator, left, Reading(effect.state)):
+            return Compare(operator, left, Const(effect.value))
+        case _:
+            return cond
 
 
 def _without(cond: Cond, requests: Collection[str]) -> Cond:
