@@ -20,7 +20,6 @@ from exover.cli.options import (
     which_finding,
 )
 from exover.cli.parsing import Parser, Verbs
-from exover.cli.status import CliError
 from exover.cli.values import REPORT_FORMATS, cores, domain, jobs, limit, output, renaming, seconds
 
 WITHOUT_OPTIONS = {
@@ -33,11 +32,6 @@ WITHOUT_OPTIONS = {
     "no_cache": True,
 }
 """The options of `check` that `report` lacks, with the values that it has for them."""
-INPUTS = (
-    *("spec", "specs", "old", "new", "file", "table", "files", "box", "finding", "missions"),
-    *("properties", "old_properties", "events", "audit", "bind", "after", "config", "baseline"),
-)
-"""The arguments and options that name one or several files to read."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -71,31 +65,6 @@ def parser() -> argparse.ArgumentParser:
     ):
         add(verbs)
     return found
-
-
-def inputs_of(arguments: argparse.Namespace) -> list[str]:
-    """Return the files and folders that a command is told to read; `-` is standard input."""
-    named = vars(arguments)
-    files: list[str] = []
-    for name in INPUTS:
-        if (arguments.verb, name) != ("replay", "events"):  # it is an output
-            given = named.get(name)
-            files += given if isinstance(given, list) else [given] if isinstance(given, str) else []
-    return files
-
-
-def refuse_twice(*inputs: str | None) -> None:
-    """Raise `CliError` if more than one of the inputs is standard input, which can be read once."""
-    if inputs.count("-") > 1:
-        raise CliError("only one thing can be read from standard input, and - stands for it twice")
-
-
-def outputs_of(arguments: argparse.Namespace) -> list[str]:
-    """Return the files that a command is told to write."""
-    named = vars(arguments)
-    options = ("out", "log", "certificate", "events" if arguments.verb == "replay" else "")
-    files = [named[each] for each in options if named.get(each)]
-    return files + [file for _, file in named.get("output") or ()]
 
 
 def _init(verbs: Verbs) -> None:

@@ -18,10 +18,10 @@ from exover.checks.schedule.answers import AnswerStore
 from exover.checks.schedule.engines import Engines
 from exover.checks.schedule.plan import CheckPlan
 from exover.cli.answer_cache import answers_of
-from exover.cli.arguments import outputs_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_unwritable, shown, write_all, write_one
 from exover.cli.live import Live
+from exover.cli.named_files import outputs_of
 from exover.cli.overwriting import refuse_overwriting
 from exover.cli.policy import asked_by, configured, read_policy
 from exover.cli.report_cache import ReportEntry, entry, remember

@@ -5,9 +5,9 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.cli.arguments import refuse_twice
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_unwritable, shown, write_one
+from exover.cli.named_files import refuse_twice
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import ProgressLine, complain, out

@@ -6,9 +6,9 @@ import os
 import re
 from collections.abc import Iterable
 
-from exover.cli.arguments import refuse_twice
 from exover.cli.files import load_spec, shown
 from exover.cli.findings import chosen
+from exover.cli.named_files import refuse_twice
 from exover.cli.simulate import lines_in, no_event, open_events
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out

@@ -5,8 +5,8 @@ import os
 import re
 from collections.abc import Sequence
 
-from exover.cli.arguments import outputs_of
 from exover.cli.files import read_source, write_one
+from exover.cli.named_files import outputs_of
 from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out

@@ -13,7 +13,8 @@ from importlib import import_module
 from time import monotonic
 from types import FrameType, TracebackType
 
-from exover.cli.arguments import inputs_of, outputs_of, parser, refuse_twice
+from exover.cli.arguments import parser
+from exover.cli.named_files import inputs_of, outputs_of, refuse_twice
 from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from exover.audit.sources import missions_in
-from exover.cli.arguments import inputs_of, outputs_of
+from exover.cli.named_files import inputs_of, outputs_of
 from exover.cli.policy import find_config
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError
