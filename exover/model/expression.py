@@ -4,7 +4,7 @@ Groups, defines, `implies`, `in` and lists of requests are gone here; what is le
 request, and the three connectives. Modelled on Copilot's `Core/Expr` (Perez, Dedden, Goodloe 2020).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Literal, assert_never
 
 from exover.dataclass import dataclass
@@ -139,13 +139,14 @@ class Or:
     parts: tuple["Cond", ...]
 
 
-Cond = Compare | Status | Past | Last | Not | And | Or
+AtomicCond = Compare | Status | Past | Last
+Cond = AtomicCond | Not | And | Or
 
 TRUE = And(())
 FALSE = Or(())
 
 
-def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
+def atoms(cond: Cond) -> Iterator[AtomicCond]:
     """Yield the atoms of a condition in the order of the text, without those inside a `where`."""
     left = [cond]
     while left:
@@ -159,6 +160,19 @@ def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
                 left += reversed(parts)
             case _:
                 assert_never(part)
+
+
+def with_atoms(cond: Cond, meaning: Callable[[AtomicCond], Cond]) -> Cond:
+    """Return the condition in which what a function says stands for each atom, without those inside a `where`."""
+    match cond:
+        case And(parts):
+            return And(tuple(with_atoms(part, meaning) for part in parts))
+        case Or(parts):
+            return Or(tuple(with_atoms(part, meaning) for part in parts))
+        case Not(part):
+            return Not(with_atoms(part, meaning))
+        case _:
+            return meaning(cond)
 
 
 def leaves(term: ModelTerm) -> Iterator[ModelTerm]:

@@ -3,7 +3,7 @@
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.model.expression import And, Compare, Cond, Const, ModelTerm, Not, Or, Reading
+from exover.model.expression import And, AtomicCond, Compare, Cond, Const, ModelTerm, Not, Or, Reading, with_atoms
 from exover.model.model import Latch, Model
 
 
@@ -19,19 +19,16 @@ class Latching:
 
     def latched(self, cond: Cond) -> Cond:
         """Return the condition that holds before the look iff this one holds after it; itself if it reads no latch."""
-        match cond:
-            case And(parts):
-                return And(tuple(map(self.latched, parts)))
-            case Or(parts):
-                return Or(tuple(map(self.latched, parts)))
-            case Not(part):
-                return Not(self.latched(part))
+        return with_atoms(cond, self._latched)
+
+    def _latched(self, atom: AtomicCond) -> Cond:
+        match atom:
             case Compare(operator, left, right) if self._is_latch(left) or self._is_latch(right):
                 mine, other = self._true(left), self._true(right)
                 same = Or((And((mine, other)), And((Not(mine), Not(other)))))
                 return same if operator == "==" else Not(same)
             case _:
-                return cond
+                return atom
 
     def _is_latch(self, term: ModelTerm) -> bool:
         return isinstance(term, Reading) and term.name in self._latches

@@ -15,7 +15,21 @@ from exover.engines.bdd.backward_reachability import BackwardReachability, TooWi
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import WIDE
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.model.expression import FALSE, TRUE, And, Compare, Cond, Const, Not, Or, Reading, Status, operands
+from exover.model.expression import (
+    FALSE,
+    TRUE,
+    And,
+    AtomicCond,
+    Compare,
+    Cond,
+    Const,
+    Not,
+    Or,
+    Reading,
+    Status,
+    operands,
+    with_atoms,
+)
 from exover.model.model import Kill, KillSlot, Rule, SetState
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum
@@ -156,31 +170,19 @@ def _is_killed(rule: Rule) -> bool:
 
 def _with(cond: Cond, effect: SetState) -> Cond:
     """Return a condition with a state taken as what an effect sets it to, in comparisons with constants."""
-    match cond:
-        case And(parts):
-            return And(tuple(_with(part, effect) for part in parts))
-        case Or(parts):
-            return Or(tuple(_with(part, effect) for part in parts))
-        case Not(part):
-            return Not(_with(part, effect))
-        case Compare(operator, Reading(effect.state), right):
-            return Compare(operator, Const(effect.value), right)
-        case Compare(operator, left, Reading(effect.state)):
-            return Compare(operator, left, Const(effect.value))
-        case _:
-            return cond
+
+    def known(atom: AtomicCond) -> Cond:
+        match atom:
+            case Compare(operator, Reading(effect.state), right):
+                return Compare(operator, Const(effect.value), right)
+            case Compare(operator, left, Reading(effect.state)):
+                return Compare(operator, left, Const(effect.value))
+            case _:
+                return atom
+
+    return with_atoms(cond, known)
 
 
 def _without(cond: Cond, requests: Collection[str]) -> Cond:
     """Return a condition with these requests taken as idle, in what it says of activity outside of sums."""
-    match cond:
-        case And(parts):
-            return And(tuple(_without(part, requests) for part in parts))
-        case Or(parts):
-            return Or(tuple(_without(part, requests) for part in parts))
-        case Not(part):
-            return Not(_without(part, requests))
-        case Status(_, request) if request in requests:
-            return FALSE
-        case _:
-            return cond
+    return with_atoms(cond, lambda each: FALSE if isinstance(each, Status) and each.request in requests else each)

@@ -14,6 +14,7 @@ from exover.model.expression import (
     FALSE,
     TRUE,
     And,
+    AtomicCond,
     Compare,
     Cond,
     Const,
@@ -32,6 +33,7 @@ from exover.model.expression import (
     Used,
     atoms,
     operands,
+    with_atoms,
 )
 from exover.model.model import Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
@@ -213,20 +215,10 @@ class Obligations:
         def values(term: ModelTerm) -> Values:
             return _enum_values(types[term.name]) if isinstance(term, Param) else _constant_value(term)
 
-        def known(cond: Cond) -> Cond:
-            match cond:
-                case And(parts):
-                    return And(tuple(map(known, parts)))
-                case Or(parts):
-                    return Or(tuple(map(known, parts)))
-                case Not(part):
-                    return Not(known(part))
-                case Compare():
-                    return _valued(cond, values)
-                case _:
-                    return cond
+        def known(atom: AtomicCond) -> Cond:
+            return _valued(atom, values) if isinstance(atom, Compare) else atom
 
-        return folded(known(where))
+        return folded(with_atoms(where, known))
 
     def _values(self, term: ModelTerm) -> Values:
         variables = self.carry.old.model.variable
