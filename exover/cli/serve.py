@@ -1,13 +1,11 @@
 """`exover serve`: the checker of a spec at a socket, for programs in any language."""
 
 import argparse
-import errno
 import os
 import socket
 import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from time import monotonic, sleep
 from typing import Literal
 
 from exover.cli.files import read_spec
@@ -20,10 +18,6 @@ from exover.run.simulate import Engine
 
 QUEUE = 128
 """The most clients that may wait to be accepted."""
-PATIENCE = 5.0
-"""Seconds that another process may lock the folder of the socket."""
-PAUSE = 0.01
-"""Seconds after which locking is tried again."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,43 +54,63 @@ def _listening(path: str) -> Iterator[socket.socket]:
     """Yield a socket that listens at a path and is accessible to its owner alone; its file is removed afterwards."""
     if not hasattr(socket, "AF_UNIX"):
         raise CliError("this system has no Unix sockets")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+    with _locked(path), socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
         try:
-            with _locked_folder(path):
-                _clear(path)
-                _bind(listener, path)
-                mine = os.lstat(path).st_ino
+            _clear(path)
+            _bind(listener, path)
+            mine = os.lstat(path).st_ino
         except OSError as error:
             raise CliError(f"cannot listen at {path}: {error.strerror or error}") from error
         listener.setblocking(False)
         try:
             yield listener
         finally:
-            # No other file has its number before the socket is closed.
-            with suppress(OSError), _locked_folder(path):
-                if os.lstat(path).st_ino == mine:  # no other process has replaced it
+            with suppress(OSError):
+                if os.lstat(path).st_ino == mine:  # whatever else stands there now is not ours
                     os.unlink(path)
 
 
 @contextmanager
-def _locked_folder(path: str) -> Iterator[None]:
-    """Keep other servers from replacing sockets in the folder of a path; `OSError` if that is not possible."""
-    import fcntl
-
-    folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
+def _locked(path: str) -> Iterator[None]:
+    """Keep other servers from a path, even if its socket is removed; `CliError` if one serves there."""
+    name = f"{path}.lock"
     try:
-        end = monotonic() + PATIENCE
-        while True:
-            try:
-                fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError as error:
-                if monotonic() > end:
-                    raise TimeoutError(errno.ETIMEDOUT, "another process locks its folder") from error
-                sleep(PAUSE)
+        file = _lock(name)
+    except BlockingIOError as error:
+        raise CliError(f"another exover serves at {path}, and locks {name}: end it first") from error
+    except OSError as error:
+        raise CliError(f"cannot listen at {path}: cannot lock {name}: {error.strerror or error}") from error
+    try:
         yield
     finally:
-        os.close(folder)
+        with suppress(OSError):
+            if _stands_at(file, name):
+                os.unlink(name)
+        os.close(file)
+
+
+def _lock(name: str) -> int:
+    """Return a file that is locked, and stands at this name: another server may remove its own in between."""
+    import fcntl
+
+    while True:
+        with ExitStack() as stack:
+            file = os.open(name, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+            stack.callback(os.close, file)
+            status = os.fstat(file)
+            if not stat.S_ISREG(status.st_mode) or status.st_size:
+                raise CliError(f"{name} is there and is no lock file")
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _stands_at(file, name):
+                stack.pop_all()
+                return file
+
+
+def _stands_at(file: int, name: str) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file), os.lstat(name))
+    except FileNotFoundError:
+        return False
 
 
 def _bind(listener: socket.socket, path: str) -> None:

@@ -10,7 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
@@ -588,9 +588,10 @@ def test_the_socket_is_its_owners_alone_and_goes_with_the_process(served: Served
         [*COMMAND, "serve", "demo.exo", "--socket", "sock", "--engine", "tables"],
         cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
-    assert (second.returncode, second.stderr) == (2, "exover: error: another process listens at sock\n")
+    other = "another exover serves at sock, and locks sock.lock: end it first"
+    assert (second.returncode, second.stderr) == (2, f"exover: error: {other}\n")
     assert served.end(signal.SIGINT) == 130
-    assert not served.path.exists()
+    assert [each.name for each in tmp_path.iterdir()] == ["demo.exo"]
 
 
 def test_what_is_left_of_a_killed_process_is_replaced_and_nothing_else(run, tmp_path: Path) -> None:
@@ -631,15 +632,13 @@ def test_a_socket_whose_process_lets_nobody_in_is_left_alone(
 
 
 def test_of_two_that_begin_where_a_socket_was_left_one_listens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, both, is_left = str(tmp_path / "sock"), threading.Barrier(2), command._is_left
+    path, both, lock = str(tmp_path / "sock"), threading.Barrier(2), command._lock
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as left:
         left.bind(path)
 
-    def slowly(path: str) -> bool:
-        found = is_left(path)
-        with suppress(threading.BrokenBarrierError):
-            both.wait(0.5)  # for the other to find the same
-        return found
+    def together(name: str) -> int:
+        both.wait(PATIENCE)
+        return lock(name)
 
     def begin() -> str:
         try:
@@ -651,37 +650,60 @@ def test_of_two_that_begin_where_a_socket_was_left_one_listens(tmp_path: Path, m
         return "listened"
 
     ended = threading.Event()
-    monkeypatch.setattr(command, "_is_left", slowly)
+    monkeypatch.setattr(command, "_lock", together)
     with ThreadPoolExecutor(2) as pool:
         said = {future.result() for future in [pool.submit(begin) for _ in range(2)]}
-    assert said == {"listened", f"another process listens at {path}"}
+    assert said == {"listened", SERVED.format(path)}
 
 
-def test_a_socket_is_removed_before_another_process_may_have_one_of_its_number(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = []
+SERVED = "another exover serves at {0}, and locks {0}.lock: end it first"
 
-    class Closing(socket.socket):
-        def close(self) -> None:
-            found.append((tmp_path / "sock").exists())
-            super().close()
 
-    monkeypatch.setattr(socket, "socket", Closing)
+def test_a_removed_socket_lets_no_second_process_serve(tmp_path: Path) -> None:
+    path = tmp_path / "sock"
+    with command._listening(str(path)):
+        path.unlink()
+        with pytest.raises(CliError, match=SERVED.format(path)), command._listening(str(path)):
+            pass
+        path.write_text("mine")
+    assert [each.name for each in tmp_path.iterdir()] == ["sock"]
+
+
+def test_a_lock_that_goes_while_it_is_taken_is_taken_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    name, stands_at, tries = tmp_path / "sock.lock", command._stands_at, []
+
+    def too_late(file: int, path: str) -> bool:
+        tries.append(path)
+        if len(tries) == 1:
+            name.unlink()  # as the process does that had it
+        return stands_at(file, path)
+
+    monkeypatch.setattr(command, "_stands_at", too_late)
     with command._listening(str(tmp_path / "sock")):
-        assert (tmp_path / "sock").exists()
-    assert found == [False]
+        assert name.exists()
+        with pytest.raises(CliError, match="end it first"), command._listening(str(tmp_path / "sock")):
+            pass
+    assert not name.exists()
 
 
-def test_a_folder_that_another_process_locks_is_waited_for_and_then_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    "lock, why",
+    [
+        (lambda path: path.write_text("mine"), "{0} is there and is no lock file"),
+        (os.mkfifo, "{0} is there and is no lock file"),
+        (lambda path: path.symlink_to("victim"), "cannot listen at sock: cannot lock {0}: " + os.strerror(errno.ELOOP)),
+        (Path.mkdir, "cannot listen at sock: cannot lock {0}: " + os.strerror(errno.EISDIR)),
+    ],
+)
+def test_what_is_no_lock_is_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lock: Callable[[Path], object], why: str
 ) -> None:
-    monkeypatch.setattr(command, "PATIENCE", 0.05)
-    path = str(tmp_path / "sock")
-    with command._locked_folder(path):
-        with pytest.raises(CliError, match=r"cannot listen at .*sock: another process locks its folder"):
-            command._listening(path).__enter__()
-        assert not Path(path).exists()
+    monkeypatch.chdir(tmp_path)
+    lock(tmp_path / "sock.lock")
+    with pytest.raises(CliError) as refused, command._listening("sock"):
+        pass
+    assert str(refused.value) == why.format("sock.lock")
+    assert [each.name for each in tmp_path.iterdir()] == ["sock.lock"]
 
 
 class Forbidden(socket.socket):
