@@ -89,15 +89,17 @@ def _several(examining: Examine, arguments: argparse.Namespace, specs: Sequence[
 
 
 def _tell(arguments: argparse.Namespace, render: Callable[[ReportFormat], str]) -> None:
-    """Write the reports to their files, and print one."""
+    """Write the reports to their files, and print one, whatever becomes of the files."""
     folders: dict[str, list[Artefact]] = {}
     for form, file in arguments.output:
         folder, name = os.path.split(file)
         content = render(form).encode("utf-8", "backslashreplace")
         folders.setdefault(folder or os.curdir, []).append(Artefact(name, content))
-    for folder, artefacts in folders.items():
-        write_all(folder, artefacts)
-    out(render(arguments.format))
+    try:
+        for folder, artefacts in folders.items():
+            write_all(folder, artefacts)
+    finally:
+        out(render(arguments.format))
 
 
 def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:

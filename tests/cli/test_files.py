@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from exover.cli import check
 from exover.cli.files import write_all
 from exover.cli.replacing import replacing
 from exover.cli.status import CliError
@@ -186,6 +187,19 @@ def test_standard_output_by_its_path_loses_nothing(spec: Path, tmp_path: Path) -
 def test_a_device_takes_several_reports(run, spec: Path) -> None:
     done = run("check", "demo.exo", "--output", "json=/dev/null", "--output", "sarif=/dev/null")
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_report_that_cannot_be_written_takes_no_other_with_it(
+    run: Run, spec: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(folder: str, artefacts: object) -> list[str]:
+        raise CliError(f"cannot write {folder}: No space left on device")
+
+    alone = run("check", "demo.exo", "--no-cache")
+    monkeypatch.setattr(check, "write_all", full)
+    done = run("check", "demo.exo", "--no-cache", "--output", "json=reports/a.json")
+    assert (done.returncode, done.stdout) == (2, alone.stdout)
+    assert done.stderr == "exover: error: cannot write reports: No space left on device\n"
 
 
 # ---- what is in the way ----
