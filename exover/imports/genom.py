@@ -1,6 +1,6 @@
 """GenoM3 descriptions to parts of specs (docs/imports.md)."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from functools import cache
 from pathlib import Path
@@ -49,6 +49,11 @@ class Service:
     throws: list[str] = field(default_factory=list)
     lists: dict[str, list[Token]] = field(default_factory=dict)
 
+    @property
+    def signature(self) -> tuple[str, list[tuple[str, str, str | None]]]:
+        """Its kind, and the direction, name and type of each parameter."""
+        return self.kind, [(direction, each.name, each.kind) for direction, each in self.parameters]
+
 
 @dataclass(slots=True)
 class GenomComponent:
@@ -58,6 +63,7 @@ class GenomComponent:
     place: str
     doc: list[str] = field(default_factory=list)
     throws: list[str] = field(default_factory=list)
+    ids: dict[str, IdlMember] = field(default_factory=dict)
     services: dict[str, Service] = field(default_factory=dict)
     ports: list[ParseTree] = field(default_factory=list)
     unknown: list[Token] = field(default_factory=list)
@@ -75,7 +81,10 @@ def import_genom(given: Preprocessed, head: str) -> Imported:
 
     Raises `UnreadableDescription` if the text is no GenoM3 description, or describes no component.
     """
-    return _Importer(given).imported(_parsed(given), head)
+    try:
+        return _Importer(given).imported(_parsed(given), head)
+    except RecursionError as error:
+        raise UnreadableDescription(given.name, "modules or structs are nested too deep") from error
 
 
 def _parsed(given: Preprocessed) -> ParseTree:
@@ -104,13 +113,13 @@ def _expected(error: UnexpectedToken) -> str:
 
 
 class _Importer:
-    """The state of one import: the declared types, the interfaces by name, the IDS, and the part so far."""
+    """The state of one import: the declared types, the interfaces, the IDS of each, and the part so far."""
 
     def __init__(self, given: Preprocessed) -> None:
         self._given = given
         self._types = Types()
         self._interfaces: dict[str, ParseTree] = {}
-        self._ids: dict[str, IdlMember] = {}
+        self._ids: dict[str, dict[str, IdlMember]] = {}
         self._part = PartText()
 
     def _place(self, node: ParseTree) -> str:
@@ -142,7 +151,8 @@ class _Importer:
         name, *exports = node.children
         for each in exports:
             if each.data == "ids":
-                self._ids.update(self._types.fields(each.children, (str(name), "ids")))
+                ids = self._ids.setdefault(str(name), {})
+                ids.update(self._types.fields(each.children, (str(name), "ids")))
             else:
                 self._types.declare(each, (str(name),))
 
@@ -166,7 +176,7 @@ class _Importer:
                 f"interface `{each}` is declared in no file that was read: what it provides is left out",
             )
         if found.throws:
-            listed = ", ".join(found.throws)
+            listed = ", ".join(dict.fromkeys(found.throws))
             self._part.leave_open(found.place, f"the component may throw {listed}, no matter what runs")
         for port in found.ports:
             self._port(port, (found.name,))
@@ -178,6 +188,7 @@ class _Importer:
     def _read(self, found: GenomComponent, node: ParseTree, seen: set[str]) -> None:
         """Read into `found` what a component or interface declares, and the interfaces that it provides."""
         scope = (str(node.children[0]),)
+        found.ids.update(self._ids.get(scope[0], {}))
         for each in node.children[1:]:
             match each.data:
                 case "doc":
@@ -187,8 +198,7 @@ class _Importer:
                 case "port":
                     found.ports.append(each)
                 case "service" | "attribute":
-                    service = self._declared(each, scope)
-                    found.services[service.name] = service
+                    _join(found.services, self._declared(each, scope, found.ids))
                 case "provides":
                     self._provide(found, each, seen)
                 case _:
@@ -199,11 +209,12 @@ class _Importer:
             if name not in self._interfaces:
                 found.unknown.append(name)
             elif name not in seen:
-                self._read(found, self._interfaces[name], seen | {str(name)})
+                seen.add(str(name))
+                self._read(found, self._interfaces[name], seen)
 
     # ---- services ----
 
-    def _declared(self, node: ParseTree, scope: Name) -> Service:
+    def _declared(self, node: ParseTree, scope: Name, ids: Mapping[str, IdlMember]) -> Service:
         children = list(node.children)
         kind = "attribute" if node.data == "attribute" else str(children.pop(0).children[0])
         name = children.pop(0)
@@ -212,11 +223,11 @@ class _Importer:
             match each.data:
                 case "parameter":
                     _, type_, declarator, *_ = each.children
-                    member = IdlMember(type_, scope, len(declarator.children) > 1)
+                    member = IdlMember(type_, scope, len(declarator.children) - 1)
                     self._types.type(type_, scope)
                     self._parameter(service, each, declared(declarator), member)
                 case "element":
-                    self._element(service, each)
+                    self._element(service, each, ids)
                 case "doc":
                     service.doc.append(_text(each))
                 case "throws":
@@ -227,12 +238,13 @@ class _Importer:
                     pass
         return service
 
-    def _element(self, service: Service, node: ParseTree) -> None:
+    def _element(self, service: Service, node: ParseTree, ids: Mapping[str, IdlMember]) -> None:
         """Read a parameter of an attribute, whose type is that of an element of the IDS."""
-        path = [str(each) for part in node.find_data("path") for each in part.children if each.type == "NAME"]
+        path = [each for part in node.find_data("path") for each in part.children]
+        names = [str(each) for each in path if isinstance(each, Token)]
         alias = next((str(each.children[0]) for each in node.find_data("alias")), "")
-        members = self._types.element(path, self._ids) if path else None
-        self._parameter(service, node, alias or path[-1], members)
+        member = self._types.element(path, ids) if path else None
+        self._parameter(service, node, alias or names[-1], member)
 
     def _parameter(self, service: Service, node: ParseTree, name: str, member: IdlMember | None) -> None:
         direction = str(node.children[0].children[0])
@@ -288,7 +300,7 @@ class _Importer:
         if str(direction.children[0]) == "in":
             self._part.say(f"{near(place)}: port in {name}: what another component publishes is a poster of that one")
             return
-        found = self._types.exo(IdlMember(kind, scope, False))
+        found = self._types.exo(IdlMember(kind, scope, 0))
         why = "it is published under many names" if multiple else found.why
         if multiple or found.text is None:
             self._part.leave_open(place, f"port out `{name}` is left out: {why}")
@@ -296,6 +308,23 @@ class _Importer:
         if why:
             self._part.leave_open(place, f"port out `{name}` is taken for `{found.text}`: {why}")
         self._part.poster(str(name), found.text, found.initial, place)
+
+
+def _join(services: dict[str, Service], service: Service) -> None:
+    """Add a service, or what another declaration of it says besides, as in GenoM.
+
+    Raises `UnreadableDescription` if the two differ in kind or parameters.
+    """
+    first = services.setdefault(service.name, service)
+    if first is service:
+        return
+    if first.signature != service.signature:
+        reason = f"`{service.name}` is declared with another kind or other parameters at {near(first.place)}"
+        raise UnreadableDescription(service.place, reason)
+    first.doc += service.doc
+    first.throws += service.throws
+    for word, names in service.lists.items():
+        first.lists.setdefault(word, []).extend(names)
 
 
 def _is_multiple(node: ParseTree) -> bool:

@@ -38,11 +38,11 @@ class ExoType:
 
 @dataclass(frozen=True, slots=True)
 class IdlMember:
-    """The type of a member or a name, to be resolved from `scope`; `array`: it is an array of that type."""
+    """The type of a member or a name, to be resolved from `scope`; `arrays`: how many arrays are around it."""
 
     type: Any
     scope: Name
-    array: bool
+    arrays: int
 
 
 @dataclass(slots=True)
@@ -65,11 +65,11 @@ class Types:
                 kind, *declarators = node.children
                 self.type(kind, scope)
                 for each in declarators:
-                    self.known[(*scope, declared(each))] = IdlMember(kind, scope, len(each.children) > 1)
+                    self.known[(*scope, declared(each))] = IdlMember(kind, scope, len(each.children) - 1)
             case "declared":
                 self.type(node.children[0], scope)
             case "native":
-                self.known[(*scope, str(node.children[0]))] = IdlMember(node, scope, False)
+                self.known[(*scope, str(node.children[0]))] = IdlMember(node, scope, 0)
             case _:
                 pass  # constants, exceptions, and structs that are declared elsewhere
 
@@ -78,7 +78,7 @@ class Types:
         if node.data not in ("struct", "union", "enum"):
             return
         name = (*scope, str(node.children[0]))
-        self.known[name] = IdlMember(node, scope, False)
+        self.known[name] = IdlMember(node, scope, 0)
         if node.data == "struct":
             self.members[name] = dict(self.fields(node.children[1:], name))
 
@@ -88,7 +88,7 @@ class Types:
             kind, *declarators = node.children
             self.type(kind, scope)
             for each in declarators:
-                yield declared(each), IdlMember(kind, scope, len(each.children) > 1)
+                yield declared(each), IdlMember(kind, scope, len(each.children) - 1)
 
     def find(self, name: Name, scope: Name) -> Name | None:
         """Return the full name of a type, resolved from the innermost scope outwards; None if it is not declared."""
@@ -100,7 +100,7 @@ class Types:
     def resolved(self, member: IdlMember) -> tuple[IdlMember, Name | None]:
         """Return a type with its aliases resolved, and its full name if it is a struct, union or enum."""
         for _ in range(MAX_ALIASES):
-            if member.type.data != "scoped" or member.array:
+            if member.type.data != "scoped" or member.arrays:
                 break
             full = self.find(tuple(map(str, member.type.children)), member.scope)
             if full is None:
@@ -110,22 +110,27 @@ class Types:
             return member, (*member.scope, str(member.type.children[0]))
         return member, None
 
-    def element(self, path: list[str], members: Mapping[str, IdlMember]) -> IdlMember | None:
-        """Return the member to which a path of names leads in the IDS; None if there is none."""
+    def element(self, path: list[ParseTree], members: Mapping[str, IdlMember]) -> IdlMember | None:
+        """Return the member to which a path of names and indices leads in the IDS; None if there is none."""
         here: Mapping[str, IdlMember] = members
         found: IdlMember | None = None
-        for name in path:
-            found = here.get(name)
+        for each in path:
+            found = here.get(str(each)) if isinstance(each, Token) else self._indexed(found)
             if found is None:
                 return None
             here = self.members.get(self.resolved(found)[1] or (), {})
         return found
 
+    def _indexed(self, member: IdlMember | None) -> IdlMember | None:
+        """Return an element of an array; None if it is none."""
+        found = self.resolved(member)[0] if member else None
+        return IdlMember(found.type, found.scope, found.arrays - 1) if found and found.arrays else None
+
     def exo(self, member: IdlMember) -> ExoType:
         """Return the type in exo of a type of the IDL."""
         member, full = self.resolved(member)
         node = member.type
-        if member.array:
+        if member.arrays:
             return ExoType(None, why="an array")
         match node.data:
             case "base":

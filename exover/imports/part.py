@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import field
 
 from exover.dataclass import dataclass
+from exover.model.wording import visible
 from exover.resolve import resolve
 from exover.source import Source
 from exover.syntax.layout import formatted
@@ -114,7 +115,8 @@ class PartText:
         source = Source(name, "\n".join([head, *self.lines]) + "\n")
         text, mistakes = formatted(source)
         found = parse_file(source).tree
-        assert text is not None and found is not None, mistakes
+        if text is None or found is None:
+            raise UnreadableDescription(name, mistakes[0].message)
         _, mistakes = resolve(Spec(found.name, found.items, found.span), source)
         for mistake in mistakes:
             if isinstance(found, Spec) or mistake.code != WITHOUT_REQUEST:
@@ -129,10 +131,10 @@ def spelt(name: str, reserved: frozenset[str] = RESERVED) -> str:
 
 def module_head(name: str, title: str) -> str:
     """Return the first line of the block of a module."""
-    shown = " ".join(title.split())
+    shown = visible(" ".join(title.split()))
     return f"module {name} {string_literal(shown)} {{" if shown else f"module {name} {{"
 
 
 def near(place: str) -> str:
     """Return a place without the folder of its file, so that the text is the same on every machine."""
-    return os.path.basename(place)
+    return visible(os.path.basename(place))

@@ -66,7 +66,7 @@ def preprocess(name: str, text: str, folders: Sequence[str] = ()) -> Preprocesse
         return Preprocessed(name, text, (), ((1, name, 1),))
     with TemporaryDirectory(prefix="exover-") as empty:
         looked = [part for folder in (*folders, empty) for part in ("-I", folder)]
-        given = [*command, "-nostdinc", "-undef", "-D__GENOM__", *looked, name]
+        given = [*command, "-nostdinc", "-undef", "-D__GENOM__", *looked, _operand(name)]
         found_missing: list[str] = []
         while True:
             done = _run(given)
@@ -111,13 +111,21 @@ def _make(folder: Path, name: str) -> bool:
     return True
 
 
+def _operand(name: str) -> str:
+    """Return a file as an operand that is no option."""
+    return os.path.join(".", name) if name.startswith("-") else name
+
+
 def _first(printed: str) -> str:
     errors: Iterable[str] = (line for line in printed.splitlines() if "error" in line)
     return next(iter(errors), "")
 
 
 def _starts(name: str, text: str) -> Iterator[tuple[int, str, int]]:
+    """Yield the starts of a preprocessed text; its first marker says how the preprocessor writes `name`."""
     yield 1, name, 1
+    own = ""
     for match in _MARKER.finditer(text):
+        own = own or match[2]
         line = text.count("\n", 0, match.start()) + 2
-        yield line, match[2].replace("\\\\", "\\"), int(match[1])
+        yield line, name if match[2] == own else re.sub(r"\\(.)", r"\1", match[2]), int(match[1])

@@ -15,7 +15,7 @@ SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "resp
 """By suffix, the sections of a file."""
 UNKNOWN_PACKAGE = "ros"
 NO_DEFINITION = "this is no definition of ROS"
-RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+RULER = re.compile(r"^---[ \t]*(?:#.*)?$", re.MULTILINE)
 """The line between two sections."""
 _HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _INTEGERS = {
@@ -37,6 +37,10 @@ _VALUED = re.compile(r"^[ \t]*([^#@\s]\S*)[ \t]+([A-Za-z]\w*)[ \t]+([^=#\s].*)$"
 """A field with a default value: type, name, and the rest of the line."""
 _LOCAL = "section/msg/"
 """The package that stands for that of messages which a file names without a package."""
+_HEADER = f"MSG: {_LOCAL}Section\n"
+"""What rosbags puts before a section."""
+_STOPPED = re.compile(r"\ACould not parse:\n.*\n([0-9]+)\n")
+"""What rosbags says of a section that it cannot read; the number is of characters."""
 
 
 class Definition(NamedTuple):
@@ -94,7 +98,7 @@ def _read(source: Source) -> Definition:
         raise UnreadableDescription(
             source.name, f"it is no file of ROS: its name ends with none of {', '.join(SECTIONS)}"
         )
-    texts = RULER.split(source.text)
+    texts = RULER.split(source.text.replace("\r\n", "\n"))
     if len(texts) != len(names):
         rulers = len(names) - 1
         raise UnreadableDescription(source.name, f"it has {_lines(len(texts) - 1)}, and {path.suffix} has {rulers}")
@@ -111,7 +115,8 @@ def _section(source: Source, text: str, line: int) -> tuple[tuple[ImportedField,
     try:
         ((constants, fields),) = get_types_from_msg(text, f"{_LOCAL}Section").values()
     except (TypesysError, ValueError) as error:
-        raise UnreadableDescription(f"{source.name}:{line}", _first(error)) from error
+        at, reason = _unread(error, text)
+        raise UnreadableDescription(f"{source.name}:{line + at}", f"{NO_DEFINITION}: {reason}") from error
     for found in _VALUED.finditer(text):
         if not _is_value(*found.group(1, 3)):
             place = f"{source.name}:{line + text.count(chr(10), 0, found.start(1))}"
@@ -122,8 +127,15 @@ def _section(source: Source, text: str, line: int) -> tuple[tuple[ImportedField,
     )
 
 
-def _first(error: Exception) -> str:
-    return f"{NO_DEFINITION}: {' '.join(str(error).split())}"
+def _unread(error: Exception, text: str) -> tuple[int, str]:
+    """Return how many lines of a section rosbags has read, and what it says of the next."""
+    found = _STOPPED.search(str(error))
+    if found is None:
+        return 0, " ".join(str(error).split())
+    rest = text[max(int(found[1]) - len(_HEADER), 0) :].lstrip()
+    return text.count(
+        "\n", 0, len(text) - len(rest)
+    ), f"`{rest.partition(chr(10))[0].strip()}` is no field and no constant"
 
 
 def _lines(rulers: int) -> str:

@@ -96,10 +96,41 @@ def test_places_are_those_of_the_files_before_the_preprocessor(arm: Imported) ->
         ("activity in(in double not);", "module c { request in_(not_: real); }"),
         ('doc "say \\"so\\"" " and so"; activity a();', 'module c "say \\"so\\" and so" { request a(); }'),
         ("ids { s v; }; attribute a(in v.x::n, out v.x);", "module c { request a(n: bool) returns (x: bool); }"),
+        ("ids { s v[N]; }; attribute a(in v[N].x);", "module c { request a(x: bool); }"),
+        ("ids { double v[2]; }; attribute a(in v[N - 1]);", "module c { request a(v: real); }"),
+        ("ids { t v[2]; }; attribute a(in v[0][1]::y);", "module c { request a(y: real); }"),
+        ('doc "a\x1b\x01b"; activity a();', 'module c "a\ufffd\ufffdb" { request a(); }'),
     ],
 )
 def test_what_maps_to_what(body: str, said: str) -> None:
-    assert module(body, "enum e { x, y }; enum f { in, y }; struct s { boolean x; };") == said
+    before = "enum e { x, y }; enum f { in, y }; struct s { boolean x; }; typedef double t[2];"
+    assert module(body, before) == said
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "provides i; activity stop(); activity go(in double v) { interrupts stop; };",
+        "activity stop(); activity go(in double v) { interrupts stop; }; provides i;",
+        "provides i; activity stop(); activity go(in double v); activity go(in double v) { interrupts stop; };",
+    ],
+)
+def test_a_service_says_what_all_its_declarations_say(body: str) -> None:
+    said = module(body, "interface i { activity go(in double v) { throw e; after stop; }; };")
+    assert "request go(v: real) fails (e) { " in said
+    assert "interrupts c.stop;" in said and "after c.stop;" in said
+
+
+def test_an_interface_that_is_provided_twice_is_read_once() -> None:
+    before = "interface a { port out double p; }; interface b { extends a; }; interface d { extends a; };"
+    assert module("provides b, d, a;", before) == "module c { poster p: real = 0; }"
+
+
+def test_each_component_has_ids_of_its_own() -> None:
+    before = "component b { ids { long x; }; attribute a(in x); };"
+    said = module("ids { double x; }; attribute a(in x);", before)
+    assert "module b { request a(x: int in -2147483648 .. 2147483647); }" in said
+    assert "module c { request a(x: real); }" in said
 
 
 def test_words_of_genom_are_names_where_only_a_name_can_stand() -> None:
@@ -145,6 +176,12 @@ def test_what_is_left_open(body: str, said: str) -> None:
         ("component c { activity a(); activity a(); activity a; };", "t.gen:1:53: unexpected `;`"),
         ("component c { activity a(in double x, in double x); };", "t.gen: "),
         ("component c { } component c { activity a(); };", "t.gen: "),
+        (
+            "component c {\n  activity a();\n  activity a(in long x);\n};",
+            "t.gen:3: `a` is declared with another kind or other parameters at t.gen:2",
+        ),
+        ("component c { activity a(); function a(); };", "t.gen:1: `a` is declared with another kind"),
+        ("module m { " * 9999 + "};" * 9999 + "component c { };", "t.gen: modules or structs are nested too deep"),
     ],
 )
 def test_what_is_no_description_is_refused_with_its_place(text: str, said: str) -> None:
@@ -157,6 +194,21 @@ def test_without_a_preprocessor_nothing_is_included(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(shutil, "which", lambda _: None)
     found = import_genom(preprocess("t.gen", '#include "x.gen"\ncomponent c { activity a(); };'), "part p;")
     assert [remark.text for remark in found.remarks] == ["`x.gen` is not read: there is no C preprocessor"]
+
+
+@pytest.mark.parametrize("name", ["-DX.gen", 'a"b.gen', "a\\b.gen", "a\nb.gen", "\u00e9.gen"])
+@pytest.mark.parametrize("preprocessor", ["cpp", "clang"])
+def test_a_file_may_be_called_anything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, preprocessor: str
+) -> None:
+    path = shutil.which(preprocessor)
+    if path is None:
+        pytest.skip(f"no {preprocessor}")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(shutil, "which", lambda program: path if program == preprocessor else None)
+    Path(name).write_text("#define T double\ncomponent c { activity a(in T x); };")
+    found = import_genom(preprocess(name, Path(name).read_text()), "part p;")
+    assert "request a(x: real);" in found.text
 
 
 def test_a_preprocessor_that_refuses_is_told(tmp_path: Path) -> None:
@@ -183,3 +235,9 @@ def test_whatever_is_given_is_read_or_refused(seed: int) -> None:
         imported(text)
     except UnreadableDescription as reason:
         assert str(reason).startswith("t.gen:")
+
+
+def test_a_description_too_large_for_a_spec_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exover.syntax.parse.MAX_TOKENS", 10)
+    with pytest.raises(UnreadableDescription, match=r"^t.gen: the file is too large"):
+        imported("component c { activity a(); activity b(); };")

@@ -108,7 +108,16 @@ def test_names(text: str, name: str) -> None:
         ("x/action/A.action", "---\n", "x/action/A.action: it has 1 line `---`, and .action has 2"),
         ("x/msg/A.msg", "bool a\nbool a\n", "x/msg/A.msg"),
         ("x/msg/A.msg", "bool 3x\n", "x/msg/A.msg:1: this is no definition of ROS"),
-        ("x/srv/A.srv", "bool a\n---\n?\n", "x/srv/A.srv:2: this is no definition of ROS"),
+        (
+            "x/srv/A.srv",
+            "bool a\n---\n?\n",
+            "x/srv/A.srv:3: this is no definition of ROS: `?` is no field and no constant",
+        ),
+        (
+            "x/msg/A.msg",
+            "bool a\n# x\n\nint8 b\nint8 c # d\n\nint8!\nint8 e",
+            "x/msg/A.msg:7: this is no definition of ROS: `int8!` is",
+        ),
         ("x/msg/A.msg", "bool x\na b c d\n", "x/msg/A.msg:2: this is no definition of ROS: `c d` is no value of `a`"),
         ("x/msg/A.msg", "int32 b c # d\n", "x/msg/A.msg:1: this is no definition of ROS"),
         ("x/msg/A.msg", "bool b 2\n", "x/msg/A.msg:1: this is no definition of ROS"),
@@ -120,6 +129,12 @@ def test_what_is_no_definition_is_refused(name: str, text: str, said: str) -> No
     with pytest.raises(UnreadableDescription) as raised:
         imported((name, text))
     assert str(raised.value).startswith(said)
+
+
+def test_lines_may_end_as_on_windows() -> None:
+    unix = imported(("p/action/A.action", ACTION))
+    windows = imported(("p/action/A.action", ACTION.replace("\n", "\r\n")))
+    assert windows == unix
 
 
 def test_default_values_are_passed_over() -> None:
