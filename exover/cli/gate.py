@@ -67,7 +67,7 @@ def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
         raise CliError("exover gate ros2 needs cyclonedds and rosbags: pip install 'exover[ros2]'")
     from exover.cli.gate_ros2 import offered, serve
 
-    session = offered(arguments, binding, _tell)
+    session = offered(arguments, model, binding, _tell)
     checker = _checker(arguments, model)
     if checker is None:
         return ExitStatus.VIOLATED

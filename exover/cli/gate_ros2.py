@@ -14,12 +14,13 @@ from exover.gate.binding import Binding
 from exover.gate.gate import Gate
 from exover.gate.journal import Take
 from exover.gate.ros2.cdr import Stamp
-from exover.gate.ros2.checking import mistakes
+from exover.gate.ros2.checking import mistakes, unmade
 from exover.gate.ros2.files import finder
 from exover.gate.ros2.interfaces import Interfaces
 from exover.gate.ros2.names import absolute, is_name
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.gate.ros2.session import Ros2Session
+from exover.model.model import Model
 
 Tell = Callable[[str], None]
 
@@ -33,7 +34,7 @@ class Offered:
     publish: Take | None
 
 
-def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:
+def offered(arguments: argparse.Namespace, model: Model, binding: Binding, tell: Tell) -> Offered:
     """Return a session with open ports, which does not answer yet; raises `CliError` if the binding or DDS fails."""
     for folder in arguments.interfaces:
         if not os.path.isdir(folder):
@@ -41,7 +42,7 @@ def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offe
     interfaces = Interfaces(finder(arguments.interfaces, os.environ))
     domain = _domain() if arguments.domain is None else arguments.domain
     inner = domain if arguments.inner_domain is None else arguments.inner_domain
-    wrong = list(mistakes(binding, interfaces, apart=inner != domain))
+    wrong = list(mistakes(binding, interfaces, apart=inner != domain)) or list(unmade(model, binding, interfaces))
     if arguments.decisions and not is_name(absolute(arguments.decisions)):
         wrong.append(f"--decisions: `{arguments.decisions}` is no name of ROS 2")
     if wrong:

@@ -8,7 +8,7 @@ from itertools import combinations
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
-from exover.gate.fields import FieldPath, ValueField, same, select
+from exover.gate.fields import FieldPath, ValueField, is_list, same, select
 
 BindingKind = Literal["tool", "action", "service"]
 KINDS: tuple[BindingKind, ...] = ("tool", "action", "service")
@@ -94,12 +94,27 @@ class RequestBinding:
     @property
     def clash(self) -> tuple[FieldPath, FieldPath] | None:
         """Two paths of a call that the gate makes itself, one equal to or within the other; None if there are none."""
-        fixed = [path for path, _ in dict.fromkeys((*self.when, *self.constants))]
-        for first, second in combinations([*(each.path for each in self.arguments), *fixed], 2):
+        for first, second in combinations(self._made, 2):
             shared = min(len(first), len(second))
             if first[:shared] == second[:shared]:
                 return first, second
         return None
+
+    @property
+    def gap(self) -> FieldPath | None:
+        """The path of a list of which a call that the gate makes itself has not all elements; None if there is none."""
+        keys: dict[FieldPath, set[str]] = {}
+        for path in self._made:
+            for length in range(1, len(path)):
+                keys.setdefault(path[:length], set()).add(path[length])
+        return next(
+            (path for path, found in keys.items() if any(map(str.isdecimal, found)) and not is_list(found)), None
+        )
+
+    @property
+    def _made(self) -> list[FieldPath]:
+        fixed = [path for path, _ in dict.fromkeys((*self.when, *self.constants))]
+        return [*(each.path for each in self.arguments), *fixed]
 
     def meant(self, arguments: Any) -> bool:
         """Return whether a call with these outer arguments is of this request."""

@@ -7,7 +7,7 @@ from typing import Any
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.gate.binding import Binding, RequestBinding, matches
-from exover.gate.fields import FieldPath, same
+from exover.gate.fields import FieldPath, Missing, same
 from exover.gate.schema import MistakeList
 from exover.model.index import ModelIndex
 from exover.model.model import Model
@@ -68,18 +68,28 @@ class _Consistency:
                 message = f"a launch rule requires {quote(bound.request)}, whose call cannot have {first} and {second}"
                 advice = "let no argument, condition of `when` or constant stand at, or within, another"
                 self.mistakes.say("E706", message, ("request", bound.request), advice)
+            gap = bound.gap if bound.request in launched and bound.kind == "tool" else None
+            if gap:
+                whole = f"the whole list {quote('.'.join(gap))}"
+                message = f"a launch rule requires {quote(bound.request)}, whose call has not {whole}"
+                advice = "give each of its elements, 0, 1 and so on, by an argument or a constant"
+                self.mistakes.say("E706", message, ("request", bound.request), advice)
 
     def writable(self) -> None:
-        """Note arguments of launch rules that become infinite when they are scaled back."""
+        """Note arguments of launch rules that have no outer value, or become infinite when they are scaled back."""
         of = {each.request: each for each in self.binding.requests}
         for launch in self.model.launches:
             fields = of[launch.request].arguments if launch.request in of else ()
             for field, value in zip(fields, launch.args, strict=False):
                 outer = field.write(value)
-                if isinstance(outer, float) and isinf(outer):
+                infinite = isinstance(outer, float) and isinf(outer)
+                if infinite or isinstance(outer, Missing):
                     given = f"{quote(launch.name)} requires {quote(field.name)} = {value_text(value)}"
-                    message = f"{given}, which no number stands for in a call, scaled back"
-                    self.mistakes.say("E706", message, ("request", launch.request, "arguments", field.name))
+                    why = (
+                        "no number stands for in a call, scaled back" if infinite else "none of its `values` stands for"
+                    )
+                    path = ("request", launch.request, "arguments", field.name)
+                    self.mistakes.say("E706", f"{given}, which {why}", path)
 
     def unread(self, named: Set[str]) -> None:
         """Note posters that nothing reads."""

@@ -1,7 +1,7 @@
 """Fields: where an outer object holds the values of a spec, and how these are scaled (docs/binding.md)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
@@ -13,6 +13,13 @@ FieldPath = tuple[str, ...]
 
 CLOSE = 1e-9
 """How far a scaled number may be from a whole number, relative to its size, to be read as an int."""
+
+
+ROUNDING = 1e-12
+"""How far a number that is scaled back may be from a whole number, relative to its size, to be that one."""
+LARGE = 10**16
+"""The least whole number that is not written as an int."""
+BOOLS = frozenset({"true", "false"})
 
 
 class Located:
@@ -83,13 +90,25 @@ class ValueField:
         return round(inner)
 
     def write(self, value: Value) -> Any:
-        """Return the outer value of an inner one: the inverse of `read`."""
-        for outer, inner in self.values.items():
-            if inner == value:
-                return outer if isinstance(self.type, Enum | Bool) else value
-        if isinstance(self.type, Int | Real) and (self.scale != 1 or self.offset):
-            return (float(value) - self.offset) / self.scale
-        return value
+        """Return the outer value of an inner one, the inverse of `read`: whole numbers as int, `MISSING` if none is."""
+        if self.values:
+            return self._outer_name(value)
+        if not isinstance(self.type, Int | Real):
+            return value
+        if self.scale == 1 and not self.offset:
+            return _whole(value, 0.0)
+        return _whole((float(value) - self.offset) / self.scale, ROUNDING)
+
+    def _outer_name(self, value: Value) -> Any:
+        found = next((outer for outer, inner in self.values.items() if inner == value), MISSING)
+        return found == "true" if self.values.keys() <= BOOLS and found in BOOLS else found
+
+
+def _whole(number: Any, near: float) -> Any:
+    """Return a number as an int if it is whole, or so near to that, relative to its size; else as it is."""
+    if not math.isfinite(number) or abs(number) >= LARGE or not math.isclose(number, round(number), rel_tol=near):
+        return number
+    return round(number)
 
 
 def is_value(kind: Type, inner: Any) -> bool:
@@ -133,8 +152,26 @@ def same(found: Any, wanted: Any) -> bool:
 
 
 def place(outer: dict[str, Any], path: FieldPath, value: Any) -> None:
-    """Put a value at a path of an object; missing objects on the path are made."""
+    """Put a value at a path of an object; missing objects on the path are made, lists as objects of 0, 1, …."""
     *way, last = path
     for key in way:
         outer = outer.setdefault(key, {})
     outer[last] = value
+
+
+def with_lists(found: Any) -> Any:
+    """Return a value in which objects whose keys are 0, 1, … are lists."""
+    if not isinstance(found, dict):
+        return found
+    inner = {key: with_lists(value) for key, value in found.items()}
+    return [inner[key] for key in indices(len(inner))] if inner and is_list(inner) else inner
+
+
+def is_list(keys: Collection[str]) -> bool:
+    """Return whether these are the keys of all elements of a list."""
+    return all(key in keys for key in indices(len(keys)))
+
+
+def indices(length: int) -> Iterable[str]:
+    """Return the keys of the elements of a list."""
+    return map(str, range(length))

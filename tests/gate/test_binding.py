@@ -5,13 +5,15 @@ import math
 import pytest
 
 from exover.diagnostics import render
+from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField, ValueField
+from exover.gate.mcp.results import own_call
 from exover.gate.reading import read_binding
 from exover.loop.step_semantics import may_wait as tables_may_wait
 from exover.model import waiting
 from exover.model.model import Model, Rule
 from exover.model.reads import in_question
-from exover.model.types import Bool, Enum, Int, Real
+from exover.model.types import Bool, Enum, Int, Real, Value
 from exover.source import Source
 from tests.gate.carts import BIND, SPEC, binding_of, model_of
 from tests.support.small import compiled, small_spec_of
@@ -274,6 +276,26 @@ def test_fields_are_scaled_both_ways() -> None:
 
 
 @pytest.mark.parametrize(
+    ("field", "inner", "outer"),
+    [
+        (ValueField("v", Real(0, 2), ("v",), 0.01), 0.57, 57),
+        (ValueField("v", Real(0, 2), ("v",), 0.5), 0.375, 0.75),
+        (ValueField("v", Real(0, 2), ("v",)), 2.0, 2),
+        (ValueField("v", Real(0, 2), ("v",)), 1.9999999999999998, 1.9999999999999998),
+        (ValueField("v", Real(), ("v",), 2), 1e300, 5e299),
+        (ValueField("n", Int(0, 9), ("n",), 2), 6, 3),
+        (ValueField("f", Bool(), ("f",), values={"true": False, "false": True}), True, False),
+        (ValueField("f", Bool(), ("f",), values={"on": True, "false": False}), False, "false"),
+        (ValueField("e", Enum(("a", "b")), ("e",), values={"true": "a", "false": "b"}), "a", True),
+    ],
+)
+def test_what_a_launch_rule_sends_is_of_the_outer_type(field: ValueField, inner: Value, outer: object) -> None:
+    written = field.write(inner)
+    assert (written, type(written)) == (outer, type(outer))
+    assert field.read({field.name: written}) == (inner if isinstance(inner, str) else pytest.approx(inner, 1e-12))
+
+
+@pytest.mark.parametrize(
     ("outer", "said"),
     [
         ({}, "`n` is missing"),
@@ -296,3 +318,32 @@ def test_the_arguments_of_a_launch_rule_have_numbers_for_a_call() -> None:
 
     assert told("1e-320") == ["`go` requires `v` = 0.5, which no number stands for in a call, scaled back"]
     assert not told("1e-300")
+
+
+def test_the_arguments_of_a_launch_rule_have_names_for_a_call() -> None:
+    model = model_of(SPEC + "poster tired: bool = false; launch go: arm.reach(right) when tired;")
+    text = BIND.replace('l = "left", r = "right"', 'l = "left"')
+    told = [each.message for each in read_binding(Source("b", text), model)[1] if each.severity == "error"]
+    assert told == ["`go` requires `side` = right, which none of its `values` stands for"]
+
+
+@pytest.mark.parametrize(
+    ("field", "constants", "said"),
+    [
+        ("wheels.0.v", "", ""),
+        ("wheels.0.v", 'constants = { "wheels.1.v" = 0, "wheels.2" = 3 }', ""),
+        ("wheels.1.v", "", "whose call has not the whole list `wheels`"),
+        ("wheels.0.v", 'constants = { "wheels.left" = 0 }', "whose call has not the whole list `wheels`"),
+        ("wheels.00.v", "", "whose call has not the whole list `wheels`"),
+    ],
+)
+def test_the_call_of_a_launch_rule_has_whole_lists(field: str, constants: str, said: str) -> None:
+    model = model_of(SPEC + "poster tired: bool = false; launch go: base.move(0.5) when tired;")
+    text = BIND.replace("speed_percent", field).replace("started = true", f"{constants}\nstarted = true")
+    told = [each.message for each in read_binding(Source("b", text), model)[1] if each.code == "E706"]
+    assert len(told) == bool(said) and all(said in each for each in told)
+
+
+def test_numbers_in_paths_are_elements_of_lists_in_a_call() -> None:
+    bound = RequestBinding("m.r", "tool", "t", "t", constants=((("a", "0", "x"), 1), (("a", "1"), 2), (("b", "x"), 3)))
+    assert own_call(bound, ()) == {"name": "t", "arguments": {"a": [{"x": 1}, 2], "b": {"x": 3}}}

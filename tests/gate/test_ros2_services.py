@@ -10,16 +10,24 @@ pytest.importorskip("rosbags", reason="the extra exover[ros2] is not installed")
 
 from exover.gate.fields import UnreadableField
 from exover.gate.ros2 import cdr
-from exover.gate.ros2.checking import mistakes
+from exover.gate.ros2.checking import mistakes, unmade
 from exover.gate.ros2.files import finder
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import Port
-from tests.gate.carts import binding_of
+from tests.gate.carts import binding_of, model_of
 from tests.gate.ros_middle import RosMiddle, known, yard
 from tests.gate.yard import BIND, INTERFACES
 
 HALT, DRIVE = "/gated/halt", "/gated/drive"
 RESPONSE = "yard_msgs/srv/Halt_Response"
+LAUNCHING = """spec yard;
+module base {
+    poster battery: real in 0 .. 1 = 1 else 0;
+    request drive(x: real in -10 .. 10);
+}
+launch home: base.drive(-1.5) when base.battery < 0.2;
+"""
+LAUNCHING_BIND = "\n".join(BIND.split("\n[request")[0:2]).replace('."base.drive"]', '[request."base.drive"]')
 
 
 def answers(yard: RosMiddle) -> list[tuple[int, Mapping[str, Any]]]:
@@ -124,17 +132,8 @@ def test_a_launch_rule_makes_a_goal_of_the_gate() -> None:
     from exover.gate.ros2.proxy import Ros2Proxy
     from exover.ocrd.machine import Machine
     from exover.pipeline import build
-    from tests.gate.carts import model_of
 
-    spec = """spec yard;
-    module base {
-        poster battery: real in 0 .. 1 = 1 else 0;
-        request drive(x: real in -10 .. 10);
-    }
-    launch home: base.drive(-1.5) when base.battery < 0.2;
-    """
-    model = model_of(spec)
-    bind = "\n".join(BIND.split("\n[request")[0:2]).replace('."base.drive"]', '[request."base.drive"]')
+    model, bind = model_of(LAUNCHING), LAUNCHING_BIND
     sent: list[tuple[Port, bytes, int]] = []
     gate = Gate(model, binding_of(bind, model), Machine(model, build(model).tables), lambda: 0.0, lambda entry: None)
     made = (lambda: cdr.NEVER), (lambda: b"i" * 16), b"the gate"
@@ -190,6 +189,30 @@ def test_a_binding_that_cannot_be_served(old: str, new: str, message: str) -> No
     assert old in BIND
     (said,) = told(BIND.replace(old, new, 1))
     assert message in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("float64", ""),
+        ("int8", "`x` of a_msgs/action/Drive_Goal is of another type than -1.5"),
+        ("string", "`x` of a_msgs/action/Drive_Goal is of another type than -1.5"),
+        ("float64[]", "`x` of a_msgs/action/Drive_Goal is of another type than -1.5"),
+    ],
+)
+def test_the_call_of_a_launch_rule_is_one_of_its_type(kind: str, said: str) -> None:
+    model = model_of(LAUNCHING)
+    types = Interfaces({"a_msgs/action/Drive": f"{kind} x\n---\nint32 error_code\nfloat64 metres\n---\n"}.get)
+    binding = binding_of(LAUNCHING_BIND.replace("yard_msgs/action/Drive", "a_msgs/action/Drive"), model)
+    types.load("a_msgs/action/Drive")
+    told = list(unmade(model, binding, types))
+    assert told == [f"home: {said}"] * bool(said)
+
+
+def test_definitions_may_have_lines_as_on_windows() -> None:
+    types = Interfaces({"a_msgs/srv/X": "bool a\r\n---\r\nuint8 code\r\n"}.get)
+    types.load("a_msgs/srv/X")
+    assert types.has("a_msgs/srv/X_Request", ("a",)) and types.has("a_msgs/srv/X_Response", ("code",))
 
 
 def test_names_may_be_the_same_in_domains_of_their_own() -> None:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any
 
 from exover.gate.binding import Binding, RequestBinding
-from exover.gate.fields import place, select
+from exover.gate.fields import place, select, with_lists
 from exover.gate.mcp.lines import BadLine, Message
 from exover.gate.outer import reason_text
 from exover.gate.watching import outcome_of
@@ -77,7 +77,7 @@ def own_call(bound: RequestBinding, args: Args) -> Json:
         place(arguments, field.path, field.write(value))
     for path, value in (*bound.when, *bound.constants):
         place(arguments, path, value)
-    return {"name": bound.inner, "arguments": arguments}
+    return {"name": bound.inner, "arguments": {key: with_lists(value) for key, value in arguments.items()}}
 
 
 def envelope(params: Mapping[str, Any]) -> Json:

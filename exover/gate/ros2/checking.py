@@ -7,6 +7,8 @@ from exover.gate.binding import Binding, RequestBinding, Watch
 from exover.gate.fields import FieldPath, UnreadableField
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import absolute, is_name, is_type
+from exover.gate.ros2.outside import own_values
+from exover.model.model import Model
 
 KINDS = {"action": "action", "service": "srv"}
 
@@ -48,6 +50,16 @@ def _request(bound: RequestBinding, interfaces: Interfaces, apart: bool) -> Iter
         *_unfit(about, interfaces, f"{bound.type}_{coming}", bound.refused),
     ]
     yield from wrong or _unwritten(about, interfaces, f"{bound.type}_{coming}", bound.refused)
+
+
+def unmade(model: Model, binding: Binding, interfaces: Interfaces) -> Iterator[str]:
+    """Yield the launch rules whose calls the gate cannot make, of a binding without mistakes."""
+    for launch in model.launches:
+        bound = binding.of(launch.request)
+        if bound is not None:
+            about, type_ = f"{launch.name}: ", f"{bound.type}_{'Goal' if bound.kind == 'action' else 'Request'}"
+            values = own_values(bound, launch.args)
+            yield from list(_unfit(about, interfaces, type_, values)) or _unwritten(about, interfaces, type_, values)
 
 
 def _topic(binding: Binding, watch: Watch, interfaces: Interfaces) -> Iterator[str]:

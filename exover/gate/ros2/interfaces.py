@@ -136,7 +136,7 @@ class Interfaces:
         text = self._find(name)
         if text is None:
             raise UnknownType(f"the type {name} is found nowhere: say by --interfaces where its package is")
-        return text
+        return text.replace("\r\n", "\n")
 
     def _sections(self, name: str, text: str, parts: Sequence[str]) -> None:
         texts = RULER.split(text)
