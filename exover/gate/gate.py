@@ -220,6 +220,11 @@ class Gate:
                 self.tell(Alarm("invalid", detail=f"{code}: {detail}"))
                 self.unread(name)
 
+    def falls_back(self, name: str) -> bool:
+        """Return whether a poster has an `else` value, which it reads when it cannot be read."""
+        known = self.model.variable.get(name)
+        return known is not None and known.fallback is not None
+
     def unread(self, name: str) -> None:
         """Observe the `else` value of a poster that cannot be read, if it has one."""
         known = self.model.variable.get(name)

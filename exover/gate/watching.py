@@ -23,7 +23,8 @@ class Watching:
         self._due = {watch.name: now if watch.kind == "tool" else math.inf for watch in watches}
         self._shown = {watch.name: now for watch in watches}
         self._blind: set[str] = set()
-        self._last: dict[str, Any] = {}
+        self._last: dict[str, tuple[Any, ...] | str] = {}
+        """What was read of each poster last; a text if it could not be read: why, empty if its watch was blind."""
         self._seen: set[SlotId] = set()
         """Slots that a watch has shown as running since their launch."""
         self._before: dict[SlotId, int] = {}
@@ -97,19 +98,21 @@ class Watching:
     def _read(self, bound: PosterBinding, document: Any) -> None:
         try:
             value = bound.field.read(document)
-        except UnreadableField:
-            self._broken(bound)
+        except UnreadableField as why:
+            self._broken(bound, str(why))
             return
         found = type(value), value, self._gate.raised[bound.poster]
         if self._last.get(bound.poster) != found:
             self._last[bound.poster] = found
             self._gate.observe(bound.poster, value)
 
-    def _broken(self, bound: PosterBinding) -> None:
-        """Tell the gate, once in a row, that a poster cannot be read."""
-        already = bound.poster in self._last and self._last[bound.poster] is None
-        self._last[bound.poster] = None
-        if not already:
+    def _broken(self, bound: PosterBinding, why: str = "") -> None:
+        """Tell the gate, once in a row, that a poster cannot be read: `why` a document that was shown has no value."""
+        before = self._last.get(bound.poster)
+        self._last[bound.poster] = why
+        if why and why != before and not self._gate.falls_back(bound.poster):
+            self._gate.tell(Alarm("invalid", detail=f"{bound.poster}: {why}"))
+        if not isinstance(before, str):
             self._gate.unread(bound.poster)
 
     def _status(self, bound: RequestBinding, watch: Watch, document: Any) -> None:

@@ -84,6 +84,18 @@ def test_a_failure_has_its_name() -> None:
     }
 
 
+def test_a_reading_that_is_not_there_is_told_once_where_nothing_stands_for_it() -> None:
+    middle = Middle(model=model_of(SPEC.replace("else 2", ""))).ready()
+    for base in ({}, {}, {"speed_mm": "fast"}, {"speed_mm": 500}, {}):
+        middle.watched({**IDLE, "base": {"phase": "halted", "metres": 0, **base}})
+    details = [each["detail"] for each in middle.journal if "alarm" in each]
+    missing, text = "base.speed: `base.speed_mm` is missing", "base.speed: `base.speed_mm` is no number"
+    assert middle.alarms() == ["invalid"] * 3 and details == [missing, text, missing]
+    worst = Middle().ready()
+    worst.watched({**IDLE, "base": {"phase": "halted", "metres": 0}})
+    assert not worst.alarms() and worst.journal[-1]["event"] == {"observe": "base.speed", "value": 3}
+
+
 def test_a_watch_that_is_silent_reads_the_worst() -> None:
     middle = Middle().ready()
     middle.now += 0.1

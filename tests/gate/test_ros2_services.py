@@ -209,6 +209,32 @@ def test_the_call_of_a_launch_rule_is_one_of_its_type(kind: str, said: str) -> N
     assert told == [f"home: {said}"] * bool(said)
 
 
+@pytest.mark.parametrize(
+    ("base", "kind", "values", "said"),
+    [
+        ("uint8", "{left, right}", '{ "0" = "left", "1" = "right" }', "is uint8, and `x` is read from one of 0, 1"),
+        ("uint8", "{left, right}", "", "is uint8, and `x` is read from one of left, right"),
+        ("bool", "{left, right}", '{ true = "left", false = "right" }', ""),
+        ("string", "bool", "{ on = true, off = false }", ""),
+        ("string", "bool", "", "is string, and `x` is read from true or false"),
+        ("bool", "bool", "{ on = true, off = false }", "is bool, and `x` is read from one of on, off"),
+        ("bool", "int in 0 .. 1", "", "is bool, and `x` is read from an integer in 0 .. 1"),
+        ("int8", "real in 0 .. 1", "", ""),
+        ("int8[]", "real in 0 .. 1", "", "is no number, bool or text, and `x` is read from a number in 0 .. 1"),
+    ],
+)
+def test_a_field_that_never_has_a_value_of_its_type_is_told(base: str, kind: str, values: str, said: str) -> None:
+    types = Interfaces({"a_msgs/action/Drive": f"{base} x\n---\nint32 error_code\nfloat64 metres\n---\n"}.get)
+    model = model_of(LAUNCHING.split("launch")[0].replace("real in -10 .. 10", kind))
+    bind = LAUNCHING_BIND.replace("yard_msgs/action/Drive", "a_msgs/action/Drive")
+    if values:
+        bind += f'\narguments = {{ x = {{ field = "x", values = {values} }} }}\n'
+    told = [each for each in mistakes(binding_of(bind, model), types, False) if "`x`" in each]
+    assert len(told) == bool(said) and all(
+        f"base.drive: `x` of a_msgs/action/Drive_Goal {said}" in each for each in told
+    )
+
+
 def test_definitions_may_have_lines_as_on_windows() -> None:
     types = Interfaces({"a_msgs/srv/X": "bool a\r\n---\r\nuint8 code\r\n"}.get)
     types.load("a_msgs/srv/X")

@@ -4,11 +4,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from exover.gate.binding import Binding, RequestBinding, Watch
-from exover.gate.fields import FieldPath, UnreadableField
+from exover.gate.fields import BOOLS, FieldPath, UnreadableField, ValueField
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import absolute, is_name, is_type
 from exover.gate.ros2.outside import own_values
 from exover.model.model import Model
+from exover.model.types import Bool, Enum
+from exover.model.wire_reading import domain
 
 KINDS = {"action": "action", "service": "srv"}
 
@@ -40,11 +42,14 @@ def _request(bound: RequestBinding, interfaces: Interfaces, apart: bool) -> Iter
         return
     going, coming = ("Goal", "Result") if kind == "action" else ("Request", "Response")
     asked = [each.path for each in bound.arguments] + [path for path, _ in (*bound.when, *bound.constants)]
-    told = [each.path for each in bound.report.results] if bound.report.watch is None else []
+    results = bound.report.results if bound.report.watch is None else ()
+    told = [each.path for each in results]
     told += [bound.report.status] if bound.report.status and bound.report.watch is None else []
     told += [path for path, _ in bound.refused]
     yield from _missing(about, interfaces, f"{bound.type}_{going}", asked)
     yield from _missing(about, interfaces, f"{bound.type}_{coming}", told)
+    yield from _unread(about, interfaces, f"{bound.type}_{going}", bound.arguments)
+    yield from _unread(about, interfaces, f"{bound.type}_{coming}", results)
     wrong = [
         *_unfit(about, interfaces, f"{bound.type}_{going}", (*bound.when, *bound.constants)),
         *_unfit(about, interfaces, f"{bound.type}_{coming}", bound.refused),
@@ -69,10 +74,12 @@ def _topic(binding: Binding, watch: Watch, interfaces: Interfaces) -> Iterator[s
     if unknown := _unknown(str(watch.type), "msg", interfaces):
         yield f"{about}{unknown}"
         return
-    read = [each.field.path for each in binding.posters if each.watch == watch.name]
-    for bound in binding.watched_by(watch.name):
-        read += [bound.report.status or ()] + [each.path for each in bound.report.results]
+    fields = [each.field for each in binding.posters if each.watch == watch.name]
+    fields += [each for bound in binding.watched_by(watch.name) for each in bound.report.results]
+    read = [each.path for each in fields]
+    read += [bound.report.status or () for bound in binding.watched_by(watch.name)]
     yield from _missing(about, interfaces, str(watch.type), read)
+    yield from _unread(about, interfaces, str(watch.type), fields)
 
 
 def _unknown(type_: str, kind: str, interfaces: Interfaces) -> str:
@@ -90,6 +97,24 @@ def _missing(about: str, interfaces: Interfaces, type_: str, paths: Iterable[Fie
     for path in paths:
         if not interfaces.has(type_, path):
             yield f"{about}{type_} has no field `{'.'.join(path)}`"
+
+
+def _unread(about: str, interfaces: Interfaces, type_: str, fields: Iterable[ValueField]) -> Iterator[str]:
+    """Yield the fields of which no value can be one of the type in the spec."""
+    for each in fields:
+        base = interfaces.base(type_, each.path)
+        if interfaces.has(type_, each.path) and not _reads(each, base):
+            found = f"`{'.'.join(each.path)}` of {type_} is {base or 'no number, bool or text'}"
+            expected = f"one of {', '.join(each.values)}" if each.values else domain(each.type)
+            yield f"{about}{found}, and `{each.name}` is read from {expected}"
+
+
+def _reads(field: ValueField, base: str | None) -> bool:
+    if field.values or isinstance(field.type, Enum):
+        return base == "string" or (base == "bool" and not BOOLS.isdisjoint(field.values))
+    if isinstance(field.type, Bool):
+        return base == "bool"
+    return base not in (None, "bool", "string")
 
 
 def _unfit(about: str, interfaces: Interfaces, type_: str, values: Iterable[tuple[FieldPath, Any]]) -> Iterator[str]:

@@ -174,6 +174,14 @@ class Interfaces:
         """Return whether messages of a loaded type can have a value at a path."""
         return self._kind(name, path) is not None
 
+    def base(self, name: str, path: FieldPath) -> str | None:
+        """Return the basic type of the field at a path of a loaded type; None if there is none, or no such field."""
+        match self._kind(name, path):
+            case Nodetype.BASE, (base, _):
+                return str(base)
+            case _:
+                return None
+
     def fits(self, name: str, path: FieldPath, value: Any) -> bool:
         """Return whether a text, number or bool is of the type of the field at a path of a loaded type."""
         match self._kind(name, path):
