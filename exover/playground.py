@@ -7,13 +7,14 @@ import json
 from typing import Any
 
 from exover.checks.questions import SEVERITY
-from exover.diagnostics import render_all
+from exover.diagnostics import Diagnostic, render_all
 from exover.model.wire import escaped
 from exover.pipeline import build, load
 from exover.rendering import page_of, summarise
 from exover.report.summary import ERRORS
 from exover.run.simulate import ReferenceEngine, simulate
 from exover.source import Source
+from exover.syntax.decode import decode
 
 NAME = "spec.exo"
 NOT_ASKED = "not asked"
@@ -24,7 +25,10 @@ def look(text: str) -> str:
 
     The page has tables, diagrams, rules and graph, and no findings: no check is asked.
     """
-    loaded = load(Source(NAME, text))
+    source = _source(text)
+    if isinstance(source, Diagnostic):
+        return _json({"mistakes": render_all((source,), Source(NAME, "")), "report": None})
+    loaded = load(source)
     if loaded.model is None:
         return _json({"mistakes": render_all(loaded.diagnostics, loaded.source), "report": None})
     built = build(loaded.model)
@@ -39,9 +43,16 @@ def answer(text: str, events: str) -> str:
 
     The spec must have no mistake.
     """
-    model = load(Source(NAME, text)).model
+    source = _source(text)
+    assert isinstance(source, Source)
+    model = load(source).model
     assert model is not None
     return _json(list(simulate(model, ReferenceEngine(model), json.loads(events))))
+
+
+def _source(text: str) -> Source | Diagnostic:
+    """Return a text as it would be read from a file, or why it would not."""
+    return decode(NAME, text.encode("utf-8", "surrogatepass"))
 
 
 def _json(found: Any) -> str:

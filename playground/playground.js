@@ -3,8 +3,12 @@
 
 const PAUSE = 400;
 const PATIENCE = 30000;
+const UNSTARTED = "Python could not be started";
 
-/** Python in a worker: what takes too long is ended, and a new one begun. It may take any time to be loaded. */
+/**
+ * Python in a worker: what takes too long is ended, and a new one begun; one that fails is begun anew by the next call.
+ * It may take any time to be loaded.
+ */
 class Python {
   constructor() {
     this.begin();
@@ -15,11 +19,12 @@ class Python {
     this.isReady = false;
     this.worker = new Worker("worker.js");
     this.worker.onmessage = ({ data }) => this.heard(data);
-    this.worker.onerror = (event) => this.end(`Python could not be started: ${event.message}`);
+    this.worker.onerror = ({ message }) => this.end(`${UNSTARTED}: ${message ?? "worker.js cannot be loaded"}`);
   }
 
   /** Return what a function of exover.playground returns; throws an `Error` with the reason if it does not. */
   call(name, ...args) {
+    if (!this.worker) this.begin();
     return new Promise((resolve, reject) => {
       const id = crypto.randomUUID();
       this.calls.set(id, { resolve, reject });
@@ -30,16 +35,21 @@ class Python {
 
   /** End all if a call is not answered in time. */
   watch(id) {
-    const late = () => this.end("this takes too long for the playground: use exover check");
+    const late = () => {
+      this.end("this takes too long for the playground: use exover check");
+      this.begin();
+    };
     this.calls.get(id).late = setTimeout(late, PATIENCE);
   }
 
-  heard({ ready, id, result, error }) {
+  heard({ ready, failed, id, result, error }) {
+    if (failed) return this.end(`${UNSTARTED}: ${failed}`);
     if (ready) {
       this.isReady = true;
       for (const each of this.calls.keys()) this.watch(each);
       return;
     }
+    if (!this.calls.has(id)) return;
     const { resolve, reject, late } = this.calls.get(id);
     this.calls.delete(id);
     clearTimeout(late);
@@ -48,12 +58,13 @@ class Python {
   }
 
   end(reason) {
-    this.worker.terminate();
+    this.worker?.terminate();
+    this.worker = null;
     for (const { reject, late } of this.calls.values()) {
       clearTimeout(late);
       reject(new Error(reason));
     }
-    this.begin();
+    this.calls.clear();
   }
 }
 

@@ -152,6 +152,41 @@ def test_python_may_take_any_time_to_be_loaded(page: Page) -> None:
     assert watched == [[False], [True]]
 
 
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [("worker.js", "worker.js cannot be loaded"), ("exover.zip", "exover.zip: 404 Not Found")],
+)
+def test_what_cannot_be_loaded_is_asked_for_again_by_the_next_change(
+    browser: Browser, address: str, missing: str, said: str
+) -> None:
+    page, asked = browser.new_page(), list[str]()
+    page.set_default_timeout(LATER)
+    page.route(f"**/{missing}", lambda route: (asked.append(route.request.url), route.fulfill(status=404)))
+    page.goto(address)
+    expect(page.locator("#editor .status")).to_have_text(f"Python could not be started: {said}", timeout=LATER)
+    page.wait_for_timeout(300)
+    assert len(asked) == 1
+    page.unroute(f"**/{missing}")
+    write(page, SMALL)
+    expect(page.locator("#title")).to_have_text("small", timeout=LATER)
+    page.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("\ufeff" + SMALL, ""),
+        ("\ud800", "error[E002]: the file is no UTF-8 text"),
+        (f"{SMALL} //{'x' * 2**24}", "error[E003]: the file is too large: more than 16 MiB"),
+    ],
+)
+def test_a_text_is_read_as_a_file_is(text: str, said: str) -> None:
+    found = json.loads(playground.look(text))
+    assert found["mistakes"].startswith(said) and bool(found["mistakes"]) == bool(said) == (found["report"] is None)
+    if not said:
+        assert json.loads(playground.answer(text, '["{}"]'))
+
+
 def test_neither_dd_nor_a_solver_is_imported() -> None:
     code = f"import sys; from exover import playground as p; p.look({SMALL!r}); p.answer({SMALL!r}, '[]'); "
     code += "print(sorted({'dd', 'z3', 'numpy', 'pysat', 'lark'} & set(sys.modules)))"
