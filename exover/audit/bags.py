@@ -1,6 +1,7 @@
 """Reads missions from ROS 2 bags by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import field
 from pathlib import Path
 from typing import Any
@@ -58,8 +59,14 @@ class _Known:
 
     bounds: tuple[RequestBinding, ...]
     goals: dict[Any, SeenGoal] = field(default_factory=dict)
+    sent: dict[tuple[int, ...], SeenGoal] = field(default_factory=dict)
+    """The goals of an action with arguments, by id, read before all else: a status may stand before its goal."""
     has_goals: bool = False
     has_status: bool = False
+
+    def goal(self, key: tuple[int, ...]) -> SeenGoal:
+        """Return the goal of an id."""
+        return self.goals.setdefault(key, self.sent.get(key) or SeenGoal(None))
 
 
 class Bag:
@@ -94,6 +101,7 @@ class Bag:
             self._topics = {each.topic: each.msgtype for each in reader.connections}
             self._bind()
             self._results = self._results_in(reader)
+            self._find_goals(reader)
             if self._faults:
                 yield 1, Noted(tuple(map(Unread, self._faults.values())))
             wanted = [each for each in reader.connections if each.topic in self._readers]
@@ -138,6 +146,16 @@ class Bag:
         except NoMission as why:
             self._faults[""] = Invalid("bad-event", f"of the results of goals, {why}")
         return found
+
+    def _find_goals(self, reader: BagReader) -> None:
+        """Note the goals whose arguments were recorded; what is wrong with their messages is told in their turn."""
+        known = {f"{name}{GOALS}": each for name, each in self._known.items()}
+        wanted = [each for each in reader.connections if each.topic in known]
+        with suppress(NoMission):
+            for topic, _, message in decoded(reader, wanted) if wanted else ():
+                for sent in () if self._fault(topic, message, GOAL_SHAPE) else message["request"]:
+                    goal = known[topic].sent.setdefault(_uuid(sent["goal_id"]), SeenGoal(None))
+                    self._identify(known[topic], goal, sent["goal"])
 
     def notes(self) -> Iterator[str]:
         """Yield notes on topics that the bag lacks, and what follows from that."""
@@ -212,9 +230,7 @@ class Bag:
             key = _call(message)
             if message["info"]["event_type"] not in RESPONSES:
                 for sent in message["request"]:
-                    goal = known.goals.setdefault(_uuid(sent["goal_id"]), SeenGoal(None))
-                    self._identify(known, goal, sent["goal"])
-                    calls[key] = goal
+                    calls[key] = known.goal(_uuid(sent["goal_id"]))
                 return
             answered = calls.pop(key, None)
             for answer in message["response"]:
@@ -250,7 +266,7 @@ class Bag:
         def read(message: Any) -> Iterator[Item]:
             nonlocal first
             for each in message["status_list"]:
-                goal = known.goals.setdefault(_uuid(each["goal_info"]["goal_id"]), SeenGoal(None))
+                goal = known.goal(_uuid(each["goal_info"]["goal_id"]))
                 if first and each["status"] >= SUCCEEDED and not goal.status:
                     goal.status = each["status"]  # it has ended before the recording began
                 if goal.bound is None and len(known.bounds) == 1:

@@ -112,6 +112,24 @@ def test_goals_with_arguments(tmp_path: Path, plugin: str) -> None:
     )
 
 
+@pytest.mark.parametrize("late", (0, 1, 2))
+def test_a_status_may_stand_before_its_goal(tmp_path: Path, late: int) -> None:
+    """Topics reach a recorder one by one, so what was sent first may have the later time stamp."""
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(12)
+        for step in (lambda: bag.goal(1, 11.0), lambda: bag.accept(1))[: 2 - late]:
+            step()
+        bag.status("/lift", g1=EXECUTING)
+        bag.status("/lift", g1=SUCCEEDED)
+        bag.status("/lift")  # it is forgotten
+        for step in (lambda: bag.goal(1, 11.0), lambda: bag.accept(1))[2 - late :]:
+            step()
+    found = audit(tmp_path / "bag")
+    line = 4 - late
+    assert short(found) == [(line, line, "launched", "hoist.lift", 0, "reject", "hoist.lift.light")]
+    assert found.figures.asks == {("hoist.lift", "reject"): 1} and not found.figures.undecided
+
+
 def test_goals_without_arguments_are_undecided(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag:
         bag.status("/lift", g1=EXECUTING)
