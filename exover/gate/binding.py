@@ -113,7 +113,9 @@ class RequestBinding:
 
     @property
     def _made(self) -> list[FieldPath]:
-        fixed = [path for path, _ in dict.fromkeys((*self.when, *self.constants))]
+        fixed = [
+            path for path, _ in dict.fromkeys((path, key_of(value)) for path, value in (*self.when, *self.constants))
+        ]
         return [*(each.path for each in self.arguments), *fixed]
 
     def meant(self, arguments: Any) -> bool:

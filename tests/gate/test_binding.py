@@ -221,6 +221,7 @@ def test_what_a_launch_rule_requires_is_bound() -> None:
     [
         ('tool = "brake"', 'tool = "brake"\nconstants = { a = 1, "a.b" = 2 }', "base.stop"),
         ('tool = "brake"', 'tool = "brake"\nwhen = { a = 1 }\nconstants = { a = 2 }', "base.stop"),
+        ('tool = "brake"', 'tool = "brake"\nwhen = { a = true }\nconstants = { a = 1 }', "base.stop"),
         ('tool = "brake"', 'tool = "brake"\nwhen = { a = 1 }\nconstants = { a = 1, "b.c" = 2, "b.d" = 3 }', ""),
         ('when = { command = "move" }', 'when = { command = "move" }\nconstants = { speed_percent = 9 }', "base.move"),
         ('tool = "reach"', 'tool = "reach"\nconstants = { hand = "l" }', ""),  # no launch rule makes its call
