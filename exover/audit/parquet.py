@@ -32,7 +32,7 @@ def rows(model: Model, path: str) -> Iterator[tuple[int, Noted]]:
 def _rows(path: str) -> Iterator[dict[str, Any]]:
     """Yield the cells of each row by column."""
     try:
-        with pq.ParquetFile(path) as file:
+        with open(path, "rb") as raw, pq.ParquetFile(raw) as file:  # of a path, pyarrow wants UTF-8
             names = file.schema_arrow.names
             known = [name for name in COLUMNS if name in names]
             missing = [name for name in ("kind", "name") if name not in known]

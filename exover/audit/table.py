@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from exover.audit.trail import AuditRow
+from exover.model.wire import escaped
 
 BATCH = 65_536
 """The rows of a row group."""
@@ -34,7 +35,7 @@ class RowTable:
     wanted = True
 
     def __init__(self, mission: str, folder: str, number: int) -> None:
-        self._mission = mission
+        self._mission = escaped(mission)
         self._memory = BytesIO()
         self._path = os.path.join(folder, f"{number}.parquet") if folder else None
         self._columns: list[list[Any]] = [[] for _ in SCHEMA]

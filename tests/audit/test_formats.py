@@ -329,6 +329,12 @@ def test_a_column_of_times_that_are_no_numbers(tmp_path: Path, auditor: MissionA
     assert line == 1 and text.startswith("wrong-type: `time` is ") and len(found.rows) == 1
 
 
+def test_a_table_may_be_called_anything(tmp_path: Path, auditor: MissionAuditor) -> None:
+    path = as_table(tmp_path / "m.parquet", told(LOOSE, 4, 200))
+    plain = auditor.audit(str(path), "m")
+    assert plain.rows and str(auditor.audit(str(path.rename(tmp_path / "m\udcff.parquet")), "m")) == str(plain)
+
+
 def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "m.parquet"

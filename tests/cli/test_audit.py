@@ -126,6 +126,15 @@ def test_all_rows_as_parquet(run: Run) -> None:
     assert {row["mission"] for row in rows} == {"m.jsonl"} and rows[0]["time"] == 1700000000
 
 
+def test_a_mission_whose_name_is_no_text_has_rows(run: Run) -> None:
+    pq = pytest.importorskip("pyarrow.parquet")
+    (run.folder / "m.jsonl").rename(run.folder / "m\udcff.jsonl")
+    done = run("audit", "crane.exo", ".", "--out", "rows.parquet", "--engine", "tables")
+    assert (done.returncode, done.stderr) == (1, "")
+    rows = pq.read_table(run.folder / "rows.parquet").to_pylist()
+    assert {row["mission"] for row in rows} == {"./m\\udcff.jsonl", "./well.jsonl"}
+
+
 def test_mistakes_are_placed_and_what_can_be_audited_is(run: Run) -> None:
     odd = [
         '{"ask": "slew.trun"}',
