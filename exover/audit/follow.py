@@ -252,7 +252,7 @@ class Follower:
     def _rejected(self, name: str) -> None:
         known = self._known[name]
         known.open = False
-        if known.denied != self._event and self._checker.waits(name):
+        if not known.was_denied(self._event) and self._checker.waits(name):
             self._note("otherwise", name, None, "wait", known.waits_for)
             self._give_up(name)
 
@@ -306,7 +306,7 @@ class Follower:
                 case Waits(name, rule):
                     self._known[name].waits_for = rule
                 case Rejected(name) if counted:
-                    self._known[name].denied = self._event
+                    self._known[name].deny(self._event)
                 case Killed(name, number, rule):
                     slot = self._known[name].slots[number]
                     assert slot

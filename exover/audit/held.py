@@ -29,13 +29,15 @@ class KnownRequest:
     """The state of the audit for one request.
 
     `slots`: by slot of the tables, None if idle; `slot_of`: by recorded instance, its slot, `REFUSED`, `UNDECIDED`, or
-    None if it does not run. `asked`, `denied`: the number of the event in which it was last asked, or rejected.
+    None if it does not run. `asked`, `denied`: the number of the event in which it was last asked, or rejected;
+    `denials`: how often it was in that event, but for those that the robot has also done.
     """
 
     slots: list[HeldSlot | None]
     slot_of: list[int | None]
     asked: int = 0
     denied: int = 0
+    denials: int = 0
     answer: AuditAnswer = "none"
     rule: str | None = None
     waits_for: str | None = None
@@ -43,6 +45,18 @@ class KnownRequest:
     """Whether the last ask was answered `reject` or `invalid`, and no deed has taken that up."""
     wanted: bool = False
     """Whether a launch of it was withheld at the end of the last told event."""
+
+    def deny(self, event: int) -> None:
+        """Note that the tables have rejected it in an event."""
+        self.denials = 1 + (self.denials if self.denied == event else 0)
+        self.denied = event
+
+    def was_denied(self, event: int) -> bool:
+        """Return whether the tables have rejected it once more in an event than the robot has, which does it now."""
+        if self.denied != event or not self.denials:
+            return False
+        self.denials -= 1
+        return True
 
     def meant(self, instance: int) -> int | None:
         """Return the slot of an instance, or what stands for it; if it does not run, a slot without owner, or None.

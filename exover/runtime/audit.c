@@ -50,6 +50,7 @@ typedef struct request {
     slot *slots;
     int32_t *slot_of; /* by instance */
     uint64_t asked, waited, rejected, denied; /* events: asked; the robot let it wait, rejected it; the tables rejected it */
+    uint64_t denials; /* how often the tables rejected it in the event `denied`, but for those that the robot has also done */
     int32_t answer, reason;                   /* what the tables said to the last ask */
     int32_t waits_for;
     bool open, wanted; /* open: rejected, and no launch has taken that up; wanted: withheld when an event was last told */
@@ -133,8 +134,10 @@ static void take(audit *a, size_t count, bool counted)
         }
         else if (said->kind == EXOVER_WAIT)
             r->waits_for = reason;
-        else if (said->kind == EXOVER_REJECT && counted)
+        else if (said->kind == EXOVER_REJECT && counted) {
+            r->denials = 1 + (r->denied == a->event ? r->denials : 0);
             r->denied = a->event;
+        }
         else if (said->kind == EXOVER_KILL) {
             s->stopping = true;
             if (counted && (reason >= 0 || reason == EXOVER_ABORTED) && s->noted != a->event) {
@@ -377,7 +380,9 @@ static void rejected(audit *a, int32_t number)
     request *r = &a->requests[number];
     r->rejected = a->event;
     r->open = false;
-    if (r->denied != a->event && waits(a, number)) {
+    if (r->denied == a->event && r->denials)
+        r->denials--;
+    else if (waits(a, number)) {
         tell(a, ROW_OTHERWISE, number, NOBODY, SAY_WAIT, r->waits_for, UNSAID);
         give_up_waiting(a, number);
     }
@@ -716,7 +721,7 @@ int audit_start(audit *a, int wants_asks, uint64_t rows)
     a->loose = false;
     for (int32_t number = 0; number < a->request_count; number++) {
         request *r = &a->requests[number];
-        r->asked = r->waited = r->rejected = r->denied = 0;
+        r->asked = r->waited = r->rejected = r->denied = r->denials = 0;
         r->answer = SAY_NOTHING;
         r->reason = r->waits_for = UNSAID;
         r->open = r->wanted = false;

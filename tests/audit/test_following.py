@@ -158,6 +158,20 @@ def test_another_answer() -> None:
     ]
 
 
+@pytest.mark.parametrize("answer", ("wait", "reject"))
+def test_a_newcomer_that_is_rejected_beside_what_it_supersedes(answer: str) -> None:
+    superseded = '{"reject": "slew.turn", "rule": "superseded"}'
+    rows, _ = audit(
+        [
+            '{"event": {"ask": "hoist.lift", "args": {"load": 1}}, "actions": [{"launch": "hoist.lift"}]}',
+            '{"event": {"ask": "slew.turn"}, "actions": [{"wait": "slew.turn"}]}',
+            f'{{"event": {{"ask": "slew.turn"}}, "actions": [{superseded}, {{"{answer}": "slew.turn"}}]}}',
+            '{"event": {"abort": "slew.turn", "waiting": true}, "actions": [{"reject": "slew.turn"}]}',
+        ]
+    )
+    assert rows == [(3, "otherwise", "slew.turn", None, "wait", "one")] * (answer == "reject")
+
+
 def test_a_launch_without_its_arguments_is_undecided() -> None:
     rows, counts = audit(
         ['{"launch": "hoist.lift"}', '{"report": "hoist.lift", "outcome": "ok"}', '{"launch": "slew.turn"}']
