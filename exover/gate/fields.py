@@ -3,6 +3,7 @@
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import field
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from typing import Any
 
 from exover.dataclass import dataclass
@@ -20,6 +21,8 @@ ROUNDING = 1e-12
 LARGE = 10**16
 """The least whole number that is not written as an int."""
 BOOLS = frozenset({"true", "false"})
+DECIMAL = Context(prec=50, Emin=MIN_EMIN, Emax=MAX_EMAX, traps=[])
+"""How numbers are scaled: as they are written, in digits, so that 57 × 0.01 is the double that 0.57 is."""
 
 
 class Located:
@@ -48,8 +51,8 @@ class ValueField:
     name: str
     type: Type
     path: FieldPath
-    scale: float = 1.0
-    offset: float = 0.0
+    scale: Decimal = Decimal(1)
+    offset: Decimal = Decimal(0)
     values: Mapping[Any, Value] = field(default_factory=dict)
     default: Any = MISSING
 
@@ -79,15 +82,13 @@ class ValueField:
     def _scaled(self, found: Any) -> int | float:
         if isinstance(found, bool) or not isinstance(found, int | float):
             raise UnreadableField(f"`{'.'.join(self.path)}` is no number")
-        try:
-            inner = self.scale * found + self.offset
-        except OverflowError:
-            inner = math.inf
-        if isinstance(self.type, Real) or not math.isfinite(inner):
-            return inner
-        if abs(inner - round(inner)) > CLOSE * max(1.0, abs(inner)):
-            raise UnreadableField(f"`{'.'.join(self.path)}` is no whole number once it is scaled: {inner:g}")
-        return round(inner)
+        inner = DECIMAL.fma(self.scale, decimal(found), self.offset)
+        if isinstance(self.type, Real) or not inner.is_finite():
+            return float(inner)
+        whole = inner.to_integral_value(context=DECIMAL)
+        if abs(float(DECIMAL.subtract(inner, whole))) > CLOSE * max(1.0, abs(float(inner))):
+            raise UnreadableField(f"`{'.'.join(self.path)}` is no whole number once it is scaled: {float(inner):g}")
+        return int(whole)
 
     def write(self, value: Value) -> Any:
         """Return the outer value of an inner one, the inverse of `read`: whole numbers as int, `MISSING` if none is."""
@@ -97,11 +98,21 @@ class ValueField:
             return value
         if self.scale == 1 and not self.offset:
             return _whole(value, 0.0)
-        return _whole((float(value) - self.offset) / self.scale, ROUNDING)
+        return _whole(self._outer(value), ROUNDING)
+
+    def _outer(self, value: Any) -> int | float:
+        outer = DECIMAL.divide(DECIMAL.subtract(decimal(value), self.offset), self.scale)
+        is_int = isinstance(self.type, Int) and outer == outer.to_integral_value(context=DECIMAL)
+        return int(outer) if is_int else float(outer)
 
     def _outer_name(self, value: Value) -> Any:
         found = next((outer for outer, inner in self.values.items() if inner == value), MISSING)
         return found == "true" if self.values.keys() <= BOOLS and found in BOOLS else found
+
+
+def decimal(number: int | float) -> Decimal:
+    """Return a number, exactly an int, and of a float what its shortest text says."""
+    return Decimal(number if isinstance(number, int) else float.__repr__(number))
 
 
 def _whole(number: Any, near: float) -> Any:

@@ -21,7 +21,7 @@ from exover.gate.binding import (
     key_of,
 )
 from exover.gate.consistency import note_inconsistencies
-from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, is_value, path_of
+from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, decimal, is_value, path_of
 from exover.gate.schema import MistakeList
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
@@ -291,8 +291,8 @@ class _Reader:
             name,
             kind,
             path_of(table.get("field", name)),
-            table.get("scale", 1.0),
-            table.get("offset", 0.0),
+            decimal(table.get("scale", 1)),
+            decimal(table.get("offset", 0)),
             values,
             table.get("default", MISSING),
         )

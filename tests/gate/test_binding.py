@@ -1,6 +1,7 @@
 """Bindings: what is read, and every mistake with its place."""
 
 import math
+from decimal import Decimal
 
 import pytest
 
@@ -265,26 +266,41 @@ def test_the_longest_integers_are_read(number: str) -> None:
 
 
 def test_fields_are_scaled_both_ways() -> None:
-    speed = ValueField("v", Real(0, 2), ("drive", "percent"), 0.01, 0.5)
+    speed = ValueField("v", Real(0, 2), ("drive", "percent"), Decimal("0.01"), Decimal("0.5"))
     assert speed.read({"drive": {"percent": 50}}) == 1.0 and speed.write(1.0) == 50
-    assert ValueField("n", Int(0, 9), ("n",), 0.1).read({"n": 30}) == 3
+    assert ValueField("n", Int(0, 9), ("n",), Decimal("0.1")).read({"n": 30}) == 3
     side = ValueField("s", Enum(("left", "right")), ("0",), values={"l": "left", "r": "right"})
     assert side.read(["r"]) == "right" and side.write("left") == "l"
     flag = ValueField("f", Bool(), ("f",), values={"off": True, "true": False})
     assert flag.read({"f": "off"}) is True and flag.read({"f": True}) is False
     assert ValueField("d", Int(0, 9), ("d",), default=4).read({}) == 4
-    assert ValueField("x", Real(), ("x",), 10).read({"x": 1e308}) == math.inf
+    assert ValueField("x", Real(), ("x",), Decimal(10)).read({"x": 1e308}) == math.inf
+
+
+def test_numbers_are_scaled_as_they_are_written() -> None:
+    percent = ValueField("v", Real(0, 1), ("v",), Decimal("0.01"))
+    centimetres = ValueField("n", Int(0, 100), ("n",), Decimal(100))
+    for number in range(101):
+        assert percent.read({"v": number}) == float(f"{number // 100}.{number % 100:02}")
+        assert centimetres.read({"n": number / 100}) == number == percent.write(number / 100)
+    shifted = ValueField("i", Int(-(2**63), 2**63 - 1), ("i",), Decimal(1), Decimal(1))
+    for number in (2**53 - 1, 2**53, 2**63 - 2, -(2**63)):
+        assert shifted.read({"i": number}) == number + 1 and shifted.write(number + 1) == number
+    for odd in (math.inf, -math.inf, math.nan):
+        assert str(percent.read({"v": odd})) == str(odd)
+        assert str(shifted.read({"i": odd})) == str(odd)
+    assert shifted.read({"i": 10**400}) > 2**64
 
 
 @pytest.mark.parametrize(
     ("field", "inner", "outer"),
     [
-        (ValueField("v", Real(0, 2), ("v",), 0.01), 0.57, 57),
-        (ValueField("v", Real(0, 2), ("v",), 0.5), 0.375, 0.75),
+        (ValueField("v", Real(0, 2), ("v",), Decimal("0.01")), 0.57, 57),
+        (ValueField("v", Real(0, 2), ("v",), Decimal("0.5")), 0.375, 0.75),
         (ValueField("v", Real(0, 2), ("v",)), 2.0, 2),
         (ValueField("v", Real(0, 2), ("v",)), 1.9999999999999998, 1.9999999999999998),
-        (ValueField("v", Real(), ("v",), 2), 1e300, 5e299),
-        (ValueField("n", Int(0, 9), ("n",), 2), 6, 3),
+        (ValueField("v", Real(), ("v",), Decimal(2)), 1e300, 5e299),
+        (ValueField("n", Int(0, 9), ("n",), Decimal(2)), 6, 3),
         (ValueField("f", Bool(), ("f",), values={"true": False, "false": True}), True, False),
         (ValueField("f", Bool(), ("f",), values={"on": True, "false": False}), False, "false"),
         (ValueField("e", Enum(("a", "b")), ("e",), values={"true": "a", "false": "b"}), "a", True),
@@ -307,7 +323,7 @@ def test_what_a_launch_rule_sends_is_of_the_outer_type(field: ValueField, inner:
 )
 def test_a_field_that_cannot_be_read_says_why(outer: object, said: str) -> None:
     with pytest.raises(UnreadableField, match=said):
-        ValueField("n", Int(0, 9), ("n",), 0.5).read(outer)
+        ValueField("n", Int(0, 9), ("n",), Decimal("0.5")).read(outer)
 
 
 def test_the_arguments_of_a_launch_rule_have_numbers_for_a_call() -> None:
