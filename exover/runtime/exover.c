@@ -1719,7 +1719,8 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
     if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count))) {
         return invalid(c, request);
     }
-    ask(c, request, row, args, NONE);
+    static const exover_value nothing = {0}; /* of a newcomer without parameters: not those of what waits */
+    ask(c, request, row, USES(PARAMS) && count != 0u ? args : &nothing, NONE);
     return finish(c, request);
 }
 

@@ -251,6 +251,20 @@ def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Pa
 
 
 @needs_rustc
+def test_a_newcomer_that_supersedes_what_waits_has_the_place_since_its_own_step(tmp_path: Path) -> None:
+    """Also of a request without parameters; in C wherever its arguments would stand, which an ask before tells."""
+    text = "spec newer; module m { request a(); request b() { interrupts self; wait until not active(m.a); } }"
+    found, (in_rust, in_c) = build(model_of(text)), (tmp_path / "rust", tmp_path / "c")
+    for folder in (in_rust, in_c):
+        folder.mkdir()
+    hosts = {"rust": rust_host_of(found, in_rust), "c": host_of(found, in_c)}
+    for before in ("w 1\n", "a 1 1 0000000000000000\n"):
+        told = {name: host.run("show", "4", lines=f"{before}a 0 0\na 1 0\na 1 0\n") for name, host in hosts.items()}
+        places = {name: struct.unpack_from("<q", bytes.fromhex(lines[0]), HEAD + 8 * 5) for name, lines in told.items()}
+        assert places == {"rust": (WAITING + 8 * 4,), "c": (WAITING + 8 * 4,)}
+
+
+@needs_rustc
 def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_path: Path) -> None:
     host = rust_host_of(rich.found, tmp_path)
     record = rich.record()

@@ -202,7 +202,7 @@ impl<'t> Checker<'t> {
     /// Answer an ask, or the launch rule of this number, which requires one.
     #[inline]
     pub(crate) fn take_ask(&mut self, subject: Subject<'t>, rule: Option<Int>) -> Result<(), Status> {
-        let args = if subject.row.arity() == 0 { Args::Nothing } else { Args::Given };
+        let args = Args::Given; // also without parameters: not those of what waits
         let taken = self.is_waiting(subject)?;
         if taken && subject.row.interrupts_self() == 0 {
             return self.refuse(subject, 0, rule); // busy
