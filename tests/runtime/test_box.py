@@ -439,7 +439,7 @@ def test_the_typed_api_records(small: Build, tmp_path: Path) -> None:
 
 
 OPEN = """    start(&mut checker);
-    let mut copied = vec![0_u8; 64 + 32 * 300];
+    let mut copied = std::fs::read(std::env::var("BOX").unwrap_or_default()).unwrap_or(vec![0_u8; 64 + 32 * 300]);
     assert!(checker.record(&mut copied));
     answer_all(&mut checker, &mut words)?;
     copied.iter().for_each(|byte| eprint!("{byte:02x}"));
@@ -456,11 +456,13 @@ def test_what_is_compiled_in_rust_has_every_construct() -> None:
 @pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
 @pytest.mark.parametrize("vector", IN_RUST, indirect=True, ids=lambda path: path.stem)
 def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path: Path) -> None:
+    """Also of an ask with more values than a line can count, and behind a line that stands in the place of another."""
     path, program = vector
     spec = built(path)
     text = path.with_suffix(".events.jsonl").read_text().splitlines()
     boxed = Boxed(program, spec, tmp_path, 300)
     lines = boxed.lines([json.loads(line) for line in text if line.startswith("{")])
+    lines.insert(-5, f"a 0 65537{' 0' * 65537}")
     folder = tmp_path / "rust"
     folder.mkdir()
     flags = (*FLAGS, "-Dwarnings")
@@ -472,10 +474,20 @@ def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path
     compile_in(
         folder, [*find_rustc(), EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "runner", "Rust"
     )
-    told = subprocess.run(
-        [folder / "runner"], input="".join(f"{line}\n" for line in lines), capture_output=True, text=True, check=True
-    )
-    assert bytes.fromhex(told.stderr) == boxed.run(lines)
+
+    def told(lines: Sequence[str], held: Path) -> bytes:
+        given, environment = "".join(f"{line}\n" for line in lines), {**os.environ, "BOX": str(held)}
+        done = subprocess.run(
+            [folder / "runner"], input=given, env=environment, capture_output=True, text=True, check=True
+        )
+        return bytes.fromhex(done.stderr)
+
+    data = boxed.run(lines)
+    assert told(lines, tmp_path / "none") == data
+    strayed = data[: HEADER.size] + checked([9_000_000, 1, box.OPENED, 0, 0, 0, 0]) + data[HEADER.size + LINE.size :]
+    (tmp_path / "strayed").write_bytes(strayed)
+    boxed.file.write_bytes(strayed)
+    assert told(lines[:3], tmp_path / "strayed") == boxed.run(lines[:3])
 
 
 # ---- exover replay ----
