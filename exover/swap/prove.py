@@ -1,6 +1,6 @@
 """Decides whether NEW may take over from OLD, and which requests have to end first."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from exover.dataclass import dataclass
@@ -52,7 +52,7 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
     said = set(found.values())
     verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
     names = tuple(dict.fromkeys(rule.name for rule in found))
-    return SwapAnswer(verdict, ended, names, asked, len({rule.name for rule in rules}), tuple(_forgotten(carry)))
+    return SwapAnswer(verdict, ended, names, asked, len({rule.name for rule in rules}), _forgotten(carry))
 
 
 def _ask(obligations: Obligations, rules: tuple[Rule, ...], ask: AskProperties) -> tuple[int, dict[Rule, Verdict]]:
@@ -89,16 +89,16 @@ def _helped(before: Obligations, rules: list[Rule], ask: AskProperties) -> dict[
     return helped
 
 
-def _forgotten(carry: Carry) -> Iterable[str]:
-    for number in carry.after:
-        if not carry.remembers(number) and _matters(number, carry):
-            yield _called(number)
+def _forgotten(carry: Carry) -> tuple[str, ...]:
+    told = (_called(number) for number in carry.after if not carry.remembers(number) and _matters(number, carry))
+    return tuple(dict.fromkeys(told))
 
 
 def _matters(number: RecordField, carry: Carry) -> bool:
     match number:
         case CarriedReading(name, how):
-            return how != "unread" and all(latch.name != name for latch in carry.new.model.latches)
+            is_latch = any(latch.name == name for latch in carry.new.model.latches)
+            return how != "unread" and (not is_latch or any(latch.name == name for latch in carry.old.model.latches))
         case CarriedLevel(_, kept):
             return kept
         case CarriedLast(request, kept):

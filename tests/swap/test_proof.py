@@ -248,6 +248,30 @@ def test_an_end_that_old_does_not_remember_is_told() -> None:
     assert answer.forgotten == ("last(m.a)",)
 
 
+@pytest.mark.parametrize(
+    ("latch", "forgotten"),
+    [("latch alarm: when hot until m.b;", ("alarm",)), ("", ())],
+    ids=["not read in OLD", "not there in OLD"],
+)
+def test_a_latch_that_old_does_not_remember_is_told(latch: str, forgotten: tuple[str, ...]) -> None:
+    """It may be set, and is not in NEW; one that OLD has not is as it is in every start of NEW."""
+    head = "poster hot: bool = false; poster on: bool = false;"
+    old = build(model_of(f"spec old; {head} module m {{ request a(); request b() {{ check hot; }} }} {latch}"))
+    module = "module m { request a() { check not alarm; } request b(); }"
+    new = build(model_of(f"spec new; {head} {module} latch alarm: when hot until m.b;"))
+    _, answer = swap(old, new, proved(old))
+    assert answer.forgotten == forgotten
+
+
+def test_pasts_that_old_does_not_remember_are_told_once() -> None:
+    old, new = (
+        build(model_of(f"spec s; module m {{ request a(n: int in 0 .. 3); request b() {{ {guards} }} }}"))
+        for guards in ("", "check past(m.a with n == 1); wait until past(m.a with n == 2);")
+    )
+    _, answer = swap(old, new, proved(old))
+    assert answer.forgotten == ("past(m.a)",)
+
+
 def _type(model: Model, name: str) -> object:
     return model.variable[name].type if name in model.variable else None
 
