@@ -201,7 +201,7 @@ static void pass_slot(exover *c, transfer *t, exover_int request, const exover_r
     const uint64_t number = pass(t, cell->now);
     const exover_uint phase = (exover_uint)(number & (SINCE - 1u));
     const bool fits_in = is_place ? phase == EMPTY || (USES(WAITS) && (phase == WAITING || phase == CLEARING)) : phase <= STOPPING;
-    if (reads(t) && (!fits_in || number > (exover_uint)-1)) {
+    if (reads(t) && (!fits_in || number / SINCE > UINT32_MAX)) {
         refuse_number(t, EXOVER_BAD_VALUE);
         return;
     }

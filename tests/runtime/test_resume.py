@@ -134,6 +134,8 @@ CASES: list[tuple[dict[str, int], int]] = [
     ({"b waiting": WAITING, "b waiting.n": 7}, BAD_VALUE),
     ({"b waiting": RUNNING, "b waiting.n": 2}, BAD_VALUE),
     ({"c0": 7}, BAD_VALUE),
+    ({"c0": RUNNING + 8 * 0xFFFFFFFF}, READY),
+    ({"c0": RUNNING + 8 * 0x100000000}, BAD_VALUE),
     ({"c0": 1 << 40}, BAD_VALUE),
 ]
 

@@ -18,6 +18,8 @@ const NAMES: usize = 36;
 const NOTHING: u64 = 0xffff_ffff;
 /// The bits of a phase, below the step since when.
 const PHASE: u64 = (SINCE as u64).wrapping_sub(1);
+/// A phase since the greatest step of any build; here the steps count modulo fewer if the state has 32 bits.
+const MOST_SINCE: u64 = (SINCE as u64).wrapping_mul(u32::MAX as u64) | PHASE;
 
 /// Numbers on their way: into a record, out of one, or out of that of other tables by a map.
 enum Way<'b> {
@@ -303,7 +305,7 @@ impl<'t> Checker<'t> {
         let number = transfer.pass(now as u64)?;
         let phase = (number & PHASE) as Uint;
         let fits_in = if is_place { [EMPTY, WAITING, CLEARING].contains(&phase) } else { phase <= STOPPING };
-        if !fits_in || number > Uint::MAX as u64 {
+        if !fits_in || number > MOST_SINCE {
             return Err(Status::BadValue);
         }
         self.pass_args(transfer, subject, slot, phase != EMPTY)?;
