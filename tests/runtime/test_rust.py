@@ -18,6 +18,7 @@ from exover.bounds.sizes import shape, state_bytes
 from exover.emit import rust
 from exover.emit.rustnames import names
 from exover.engines.compiler import NativeUnavailable
+from exover.model.event import Ask, Launched
 from exover.model.model import Model
 from exover.ocrd.packing import pack
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
@@ -75,6 +76,13 @@ FEW = (200, 206)
 @pytest.mark.parametrize("seed", MANY if "EXOVER_DECISIONS" in os.environ else FEW)
 def test_rust_answers_as_the_others_do(seed: int) -> None:
     agree_at_random(spec_of(seed), seed, 400, native=True, rust=True)
+
+
+@needs_rustc
+def test_a_checker_that_is_larger_than_a_stack_runs() -> None:
+    model = model_of("spec many; module m { request a() instances 65535; request b() instances 65535; }")
+    with engine_of(model, build(model).tables) as engine:
+        assert engine.step(Ask("m.b", ())) == (Launched("m.b", 0, ()),)
 
 
 def test_few_specs_have_every_construct() -> None:
