@@ -7,12 +7,15 @@ from exover.dataclass import dataclass
 from exover.model.property import (
     TRUE,
     Conjunction,
+    Disjunction,
     Formula,
     Negation,
+    SomeAlways,
     SomeNext,
     SomeUntil,
     all_always,
     implies,
+    parts_of,
 )
 from exover.model.trace import Trace
 
@@ -25,6 +28,8 @@ CONTRADICTORY = "the assumptions contradict each other"
 """Why a claim with `coherent` is violated, whatever its formula."""
 CONTRADICTION = f"{CONTRADICTORY}: from here on they forbid every step"
 """The same, for a run that leads to a moment without an allowed step."""
+APPROXIMATE = "it rests on runs through compared reals, which may have no concrete one"
+"""The reason of `unknown` where a loop that may have too many runs does not decide a claim (`believed`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,3 +93,48 @@ def always_possible(since: Formula, goal: Formula, allowed: Formula) -> Formula:
     """Return AG (since -> EX E [allowed U (allowed and goal)]): `allowed` steps can lead from there to a goal."""
     reaching = Conjunction((allowed, goal))
     return all_always(implies(since, SomeNext(SomeUntil(allowed, reaching))))
+
+
+def believed(claim: Claim, verdict: Verdict, shown: bool) -> bool:
+    """Return whether a loop that may have too many runs decides a claim; `shown`: a concrete run shows the verdict.
+
+    What is true of all its runs is true of all runs. That there is a run has to be shown.
+    """
+    if claim.formula is None:
+        return shown or verdict == "violated" or claim.check == "tables"
+    if verdict == "holds" and claim.coherent:
+        return False
+    said = claim.formula if verdict == "holds" else Negation(claim.formula)
+    return not _existential(said) or (shown and _shown_by_one(said))
+
+
+def _shown_by_one(formula: Formula, positive: bool = True) -> bool:
+    """Return whether one run shows all runs that a formula (or, unless `positive`, its negation) says there are."""
+    if not _existential(formula, positive):
+        return True
+    match formula:
+        case Negation(part):
+            return _shown_by_one(part, not positive)
+        case SomeNext(part):
+            return positive and _shown_by_one(part)
+        case SomeUntil(left, right):
+            return positive and not _existential(left) and _shown_by_one(right)
+        case SomeAlways(part):
+            return positive and not _existential(part)
+        case Conjunction(parts) | Disjunction(parts):
+            both = positive is isinstance(formula, Conjunction)
+            several = both and sum(_existential(part, positive) for part in parts) > 1
+            return not several and all(_shown_by_one(part, positive) for part in parts)
+        case _:
+            return False
+
+
+def _existential(formula: Formula, positive: bool = True) -> bool:
+    """Return whether a formula of CTL (or, unless `positive`, its negation) says anywhere that there is a run."""
+    match formula:
+        case Negation(part):
+            return _existential(part, not positive)
+        case SomeNext() | SomeUntil() | SomeAlways() if positive:
+            return True
+        case _:
+            return any(_existential(part, positive) for part in parts_of(formula))

@@ -3,6 +3,8 @@
 import pytest
 
 from exover.checks.finding import Finding
+from exover.library import NO_PROPERTIES, check, loads
+from exover.loop.claim import APPROXIMATE
 from exover.pipeline import build, load
 from exover.source import Source
 from tests.support.diagrams import check_by_diagrams
@@ -19,6 +21,13 @@ poster near: real in 0 .. 2 = 0;
 poster far: real in 0 .. 2 = 1;
 module m { request go() { check ahead: near < far; fail close: when near >= far; } }
 """
+ENDS = {
+    "the greatest": "wait until v < limit;",
+    "the least": "wait until limit < v;",
+    "beside a constant": "wait until v < limit and limit < 1;",
+    "beside another": "wait until v < limit and limit < w;",
+}
+"""Waits that no reading ends for some arguments of 0 .. 2, though both sides of each comparison lie in one interval."""
 
 
 def findings_of(text: str) -> dict[tuple[str, str], Finding]:
@@ -30,8 +39,22 @@ def findings_of(text: str) -> dict[tuple[str, str], Finding]:
 
 @pytest.mark.parametrize("text", [LIMITED, PAIR], ids=["limited", "pair"])
 def test_all_holds_where_what_may_break_is_killed(text: str) -> None:
-    found = {finding for finding in findings_of(text).values() if finding.verdict != "holds"}
-    assert {finding.check for finding in found} <= {"starvation"}, "nothing says that a limit is ever observed"
+    found = [finding for finding in findings_of(text).values() if finding.verdict != "holds"]
+    violated = {finding.check for finding in found if finding.verdict == "violated"}
+    assert violated <= {"starvation"}, "nothing says that a limit is ever observed"
+    assert {finding.message for finding in found if finding.verdict == "unknown"} <= {APPROXIMATE}
+    assert {f.check for f in check(loads(text), NO_PROPERTIES) if f.verdict != "holds"} <= {"starvation"}
+
+
+@pytest.mark.parametrize("wait", ENDS.values(), ids=ENDS)
+def test_a_reading_that_would_end_a_wait_is_not_taken_for_granted(wait: str) -> None:
+    text = (
+        "spec s; poster limit: real in 0 .. 2 = 1; module m { request go(v: real in 0 .. 2, w: real in 0 .. 2) { %s } }"
+    )
+    by_diagrams, found = findings_of(text % wait), check(loads(text % wait), NO_PROPERTIES)
+    for name in ("deadlock", "lockout"):
+        assert by_diagrams[name, "m.go"].message == APPROXIMATE
+        assert [finding.verdict for finding in found.of(name)] == ["violated"]
 
 
 def test_a_guard_that_a_rule_always_beats_is_dead() -> None:

@@ -6,6 +6,7 @@ from math import inf
 from time import perf_counter
 
 from exover.checks.finding import SEVERITIES, Counted, Finding
+from exover.checks.questions.property import UNFAIR
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.agenda import Agenda, Lot, Turn
 from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, judge_of
@@ -14,7 +15,7 @@ from exover.checks.schedule.opinions import finding_of
 from exover.checks.schedule.serving import Say
 from exover.dataclass import dataclass
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.loop.claim import Claim, Judge, Opinion, Progress
+from exover.loop.claim import APPROXIMATE, CONTRADICTION, Claim, Judge, Opinion, Progress, believed
 from exover.loop.finite.tested_bounds import TooLarge
 
 SHOWN = 0.05
@@ -142,9 +143,18 @@ class TaskRunner:
         check, question = self.questions[number]
         started = self._begin(question, progress)
         try:
-            return self._timed(check, check.decide(self.examination.context(progress), question), started)
+            finding = check.decide(self.examination.context(progress), question)
+            if not self._believed(number, finding) and self.examination.context(progress).analysis.loop.approximate:
+                finding = question.unknown(APPROXIMATE)
+            return self._timed(check, finding, started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
+
+    def _believed(self, number: int, finding: Finding) -> bool:
+        """Return whether a finding of decision diagrams is right even if their loop has too many runs."""
+        if finding.verdict == "unknown" or finding.method == "tables" or finding.message in (CONTRADICTION, UNFAIR):
+            return True
+        return believed(self._claim(number), finding.verdict, finding.trace is not None or finding.method == "witness")
 
     def _begin(self, question: Question, progress: Progress) -> float:
         """Report the question as progress, unless something was reported a moment ago, and return the time."""

@@ -11,7 +11,7 @@ from exover.engines.smv.program import ProgramAnswers, ask
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
-from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.claim import APPROXIMATE, CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict, believed
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, question_of
 from exover.model.property import Properties
@@ -91,6 +91,8 @@ class NuSmv:
         if verdict == "unknown":
             return Opinion(verdict, "", said.stopped or SILENT)
         trace, message = self._trace(text, claim, runs.of.get(name, ""))
+        if text.loop.approximate and not believed(claim, verdict, trace is not None):
+            return Opinion("unknown", "", message or APPROXIMATE)
         return Opinion(verdict, METHOD, message, trace)
 
     def _trace(self, text: Text, claim: Claim, printed: str) -> tuple[Trace | None, str]:
