@@ -103,10 +103,13 @@ class Solver:
         return set(self._solver.get_core() or ())
 
     def true(self, nodes: Iterable[int]) -> set[int]:
-        """Return which of the nodes are true in the last model; those that it does not know are not."""
+        """Return which of the nodes are true in the last model; those that it does not know are not.
+
+        Nor are leaves that no clause names, as the function of the node above ignores them: a model may end before.
+        """
         model = self._solver.get_model()
-        variables = self._variables
-        return {node for node in nodes if node in variables and model[variables[node] - 1] > 0}
+        known = {node: variable for node in nodes if (variable := self._variables.get(node)) is not None}
+        return {node for node, variable in known.items() if variable <= len(model) and model[variable - 1] > 0}
 
     def close(self) -> None:
         """Free the solver, once: python-sat would free it again if a signal's handler raised while it is freed."""

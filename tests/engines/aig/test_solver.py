@@ -6,6 +6,7 @@ from typing import Any
 import pysolvers
 import pytest
 
+from exover.engines.aig.graph import Graph
 from exover.engines.aig.solver import Solver
 from tests.support.circuits import counter
 
@@ -30,3 +31,17 @@ def test_a_solver_is_freed_once_though_a_signal_raises_meanwhile(monkeypatch: py
         del solver
         gc.collect()
     assert len(freed) == 1
+
+
+@pytest.mark.parametrize("ignored", [0, 1])
+def test_a_model_need_not_have_what_no_clause_names(ignored: int) -> None:
+    """`(a and b) or (a and not b)` is `a`: its clauses name no `b`, which may be the last variable."""
+    graph = Graph()
+    latches = [graph.latch(False), graph.latch(False)]
+    free, told = latches[ignored], latches[1 - ignored]
+    bad = graph.any([graph.conjunction(told, free), graph.conjunction(told, free ^ 1)])
+    solver = Solver(graph.circuit(latches, [bad]))
+    assert solver.knows(bad >> 1) is False
+    assert solver.satisfiable([solver.literal(bad)])
+    assert solver.knows(free >> 1)
+    assert told >> 1 in solver.true([free >> 1, told >> 1])
