@@ -78,11 +78,13 @@ ros-mcp: setup
 	ROS_MCP=$(CURDIR)/$(ROS_MCP)/bin/ros-mcp $(BIN)/python -m pytest -q -rs tests/gate/test_ros_mcp.py
 
 # In one process more than there are processors, for many tests wait; a file of tests to one of them: `make test JOBS=0`
-# takes this one. What Python compiles is kept, for every process would compile it again. TESTS: some of them.
+# takes this one. What Python compiles is kept, for every process would compile it again, and so is what compilers make of
+# equal sources, in COMPILED, for the next time; `make test COMPILED=`: it is not. TESTS: some of them.
 JOBS ?= $(shell $(PYTHON) -c 'import os; print(1 + len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() + 1)')
 TESTS ?=
+COMPILED ?= $(CURDIR)/build/compiled
 test: setup
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder $(TESTS)
+	PYTHONDONTWRITEBYTECODE= $(if $(COMPILED),EXOVER_TESTS_KEPT='$(COMPILED)') $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder $(TESTS)
 
 # The same under every other version of Python that is here and that exover supports, each in an environment of its own in
 # build; PYTHONS: the programs, if not those on PATH.

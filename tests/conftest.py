@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 
 from exover.cli.main import OBJECTS
 from tests.support.command import Run
-from tests.support.compiled import STORE, kept_in, store
+from tests.support.compiled import KEPT, STORE, across_runs, kept_in, store
 
 os.environ["EXOVER_NO_CACHE"] = "1"
 """What tests ask is decided, not remembered; tests of the cache take it away."""
@@ -19,6 +19,12 @@ settings.load_profile("steady")
 """A test does not fail because the machine is busy."""
 gc.set_threshold(OBJECTS)
 """As in the command: cycles are looked for less often."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Say, before there are processes of tests, where they keep what is compiled for the next run as well."""
+    if KEPT in os.environ and not hasattr(config, "workerinput"):
+        os.environ[STORE] = str(across_runs(Path(os.environ[KEPT])))
 
 
 def pytest_collection_finish() -> None:
@@ -35,8 +41,9 @@ def run(tmp_path: Path) -> Run:
 @pytest.fixture(autouse=True, scope="session")
 def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Share what is compiled among all processes of a run of the tests."""
-    mine = tmp_path_factory.getbasetemp()
-    shared = mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine
-    os.environ[STORE] = str(shared / "compiled")
+    if KEPT not in os.environ:
+        mine = tmp_path_factory.getbasetemp()
+        shared = mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine
+        os.environ[STORE] = str(shared / "compiled")
     with kept_in(store()):
         yield

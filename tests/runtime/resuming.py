@@ -11,6 +11,7 @@ import pytest
 
 from exover.bounds.sizes import word_bytes
 from exover.emit import c
+from exover.engines.compiler import compile_in
 from exover.pipeline import Build
 from exover.run import rust
 from exover.run.native import NativeEngine
@@ -78,7 +79,5 @@ def rust_host_of(found: Build, folder: Path) -> Host:
     source = runner.replace("fn main()", "fn runner_main()") + (HERE / "resume.rs").read_text()
     (folder / "resume.rs").write_text(f"#![allow(dead_code, unreachable_code)]\n{source}")
     flags = [rust.EDITION, *rust.FLAGS, "--extern=native=libnative.rlib"]
-    command = [*rust.find_rustc(), *flags, "resume.rs"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    compile_in(folder, [*rust.find_rustc(), *flags, "resume.rs"], "resume", "Rust")
     return Host(found, folder)

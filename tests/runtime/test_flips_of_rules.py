@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
+from exover.engines.compiler import compile_in
 from exover.ocrd.packing import SECTIONS, is_checked
 from exover.pipeline import Build
 from exover.run import rust
@@ -76,8 +77,7 @@ def of_rust(found: Build, folder: Path) -> dict[str, Flips]:
     source = head + runner.replace("fn main()", "fn runner_main()") + (HERE / "beside.rs").read_text()
     (folder / "beside.rs").write_text(source)
     command = [*rust.find_rustc(), rust.EDITION, *flags, "--extern=native=libnative.rlib", "beside.rs"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    compile_in(folder, command, "beside", "Rust")
     return run(folder / "beside", found)
 
 

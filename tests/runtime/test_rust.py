@@ -17,7 +17,7 @@ from benchmarks.families import mutexes
 from exover.bounds.sizes import shape, state_bytes
 from exover.emit import rust
 from exover.emit.rustnames import names
-from exover.engines.compiler import NativeUnavailable
+from exover.engines.compiler import NativeUnavailable, compile_in
 from exover.model.event import Ask, Launched
 from exover.model.model import Model
 from exover.ocrd.packing import pack
@@ -91,10 +91,11 @@ def test_few_specs_have_every_construct() -> None:
     assert not seldom([*few, *vectors], many, 1)
 
 
-def rustc(folder: Path, *arguments: str) -> None:
-    command = [*find_rustc(), "--edition=2021", "-Dwarnings", *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+def rustc(source: Path, folder: Path, *arguments: str) -> None:
+    """Compile a program, in a folder with all that it reads."""
+    (folder / source.name).write_bytes(source.read_bytes())
+    command = [*find_rustc(), "--edition=2021", "-Dwarnings", *arguments, source.name]
+    compile_in(folder, command, source.stem, "Rust")
 
 
 def write(model: Model, folder: Path, name: str) -> None:
@@ -121,7 +122,7 @@ def watch(size: int, folder: Path) -> Watch:
     """Return the program for a checker of so many requests."""
     model = model_of(mutexes(size))
     build_crate(model, build(model).tables, "watched", folder, FAST_CRATE)
-    rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"))
+    rustc(Path(__file__).parent / "watch.rs", folder, *FAST, "--extern=watched=libwatched.rlib")
     return Watch(folder / "watch", mutex_words(model))
 
 
@@ -169,7 +170,7 @@ def test_what_every_single_flip_leads_to(tmp_path: Path) -> None:
     model = model_of(FAULTY)
     tables = build(model).tables
     build_crate(model, tables, "faulty", tmp_path, FAST_CRATE)
-    rustc(tmp_path, *FAST, "--extern=faulty=libfaulty.rlib", str(Path(__file__).parent / "faulty.rs"))
+    rustc(Path(__file__).parent / "faulty.rs", tmp_path, *FAST, "--extern=faulty=libfaulty.rlib")
     done = subprocess.run([tmp_path / "faulty"], capture_output=True, text=True, check=True)
     faults, *wrong = map(int, done.stdout.split())
     assert faults > 8 * 2 * state_bytes(tables) * len(tables.entries) and wrong == [0, 0, 0, 0]
@@ -256,7 +257,7 @@ def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
     (tmp_path / "main.rs").write_text(page[at].text, encoding="utf-8")
     found = built(ROVER)
     build_crate(found.model, found.tables, "rover", tmp_path, ("--cfg", 'feature="names"'))
-    rustc(tmp_path, "--extern=rover=librover.rlib", "main.rs")
+    rustc(tmp_path / "main.rs", tmp_path, "--extern=rover=librover.rlib")
     done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
     assert done.stdout == page[at + 1].text
 

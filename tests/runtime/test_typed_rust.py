@@ -14,6 +14,7 @@ from exover.emit.events import EventCall, Statuses, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
 from exover.emit.rusttyped import method, taken, type_names
+from exover.engines.compiler import compile_in
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
@@ -198,8 +199,7 @@ def test_every_event_is_that_of_the_generic_api(text: str, tmp_path: Path) -> No
     writer = Writer(found)
     (tmp_path / "main.rs").write_text(program(writer, events), encoding="utf-8")
     command = [*find_rustc(), "--edition=2021", "--extern=native=libnative.rlib", *FLAGS, "main.rs"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[:4000]
+    compile_in(tmp_path, command, "main", "Rust")
     ran = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
     assert int(ran.stdout) > 5
     kinds = {(type(event), getattr(event, "outcome", "")) for event in events}

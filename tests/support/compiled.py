@@ -1,21 +1,31 @@
-"""What compilers made, kept while the tests run: the same command on the same sources is run once."""
+"""What compilers made, kept while the tests run: the same command on the same sources is run once.
+
+It is kept for the next run as well where a folder is named for that, as `make test` does.
+"""
 
 import hashlib
 import os
+import platform
+import re
 import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from shutil import which
 from tempfile import mkdtemp
 from unittest.mock import patch
 
 from exover.engines import compiler
-from exover.engines.compiler import find_compiler
+from exover.engines.compiler import COMPILERS, find_compiler
 from exover.engines.process import Ended, run
 
+KEPT = "EXOVER_TESTS_KEPT"
+"""The folder in which is kept for the next run what compilers made, if it is."""
+MOST = 1 << 30
+"""Bytes of it that are kept, what was used last before the rest."""
 STORE = "EXOVER_TESTS_COMPILED"
 COMPILER = """#!/bin/sh
 # The C compiler, but what it makes of the sources in a folder is kept: the last word says what that is.
@@ -31,6 +41,37 @@ cp "$kept" "$made"
 def store() -> Path:
     """Return the folder of this run of the tests, which all of its processes share."""
     return Path(os.environ[STORE])
+
+
+def stays_within(words: Sequence[str]) -> bool:
+    """Return whether a command names no file that is in another folder than its own, nor in one below that."""
+    return all(re.fullmatch(r"(-I|-o)?(\./)?[^/]*", word) for word in words)
+
+
+def across_runs(kept: Path, most: int = MOST) -> Path:
+    """Return the folder in `kept` for what the compilers of this machine make; it is empty if they have changed.
+
+    What does not fit is removed, so no other run may be at work.
+    """
+    found = kept / _versions()
+    found.mkdir(parents=True, exist_ok=True)
+    stores = [store for store in kept.iterdir() if store != found]
+    size = 0
+    for made in sorted(found.iterdir(), key=lambda made: made.stat().st_mtime, reverse=True):
+        size += sum(file.stat().st_size for file in (made, *made.glob("*")))
+        if size > most:
+            stores.append(made)
+    for each in stores:
+        shutil.rmtree(each) if each.is_dir() else each.unlink()
+    return found
+
+
+@cache
+def _versions() -> str:
+    """Return what tells the compilers and the library of this machine from others."""
+    commands = [*([name] for name in (*COMPILERS, "rustc") if which(name)), find_compiler()]
+    told = [subprocess.run([*each, "--version"], capture_output=True, check=False).stdout for each in commands]
+    return hashlib.sha256(f"{commands} {told} {platform.libc_ver()}".encode()).hexdigest()
 
 
 def keeping_compiler() -> Path:
@@ -61,7 +102,7 @@ def kept_in(store: Path) -> Iterator[None]:
         command = _quick(command)
         program = which(command[0])
         words = command[command[0] == str(store / "cc") :]
-        if program is None or any(Path(word).is_absolute() for word in words):
+        if program is None or not stays_within(words):
             return run(command, folder, environment)  # not of the system, or it reads other folders
         made = store / _key(program, command, folder)
         if not made.is_dir():
@@ -70,6 +111,7 @@ def kept_in(store: Path) -> Iterator[None]:
             if ended.status:
                 return ended
             _keep([file for file, stamp in _stamps(folder).items() if before.get(file) != stamp], made)
+        os.utime(made)
         shutil.copytree(made, folder, dirs_exist_ok=True)
         return Ended(0, "", "")
 
