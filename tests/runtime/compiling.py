@@ -1,6 +1,7 @@
 """Specs to compile, and the compilers of this machine."""
 
 import os
+import shutil
 import struct
 import subprocess
 import zlib
@@ -22,7 +23,8 @@ from exover.run.native import FLAGS, NativeEngine
 from exover.source import Source
 from tests.support.compiled import stays_within
 
-ROOT = Path(__file__).parents[2]
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
 RUNTIME = ROOT / "exover" / "runtime"
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZERS = ("-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
@@ -60,7 +62,10 @@ def built(path: Path) -> Build:
 
 
 def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out: Path) -> None:
-    """Compile; the test fails with what the compiler says. Of equal exover.c one is compiled (`runtime_object`)."""
+    """Compile; the test fails with what the compiler says. Of equal exover.c one is compiled (`runtime_object`).
+
+    A program of this folder is compiled where its headers are, so that what it reads is known.
+    """
     if COVERAGE and compiler == "gcc" and "-c" not in flags:
         from tests.runtime.coverage import measured
 
@@ -71,7 +76,8 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
     elif "-c" not in flags:
         sources = [runtime_object(compiler, flags, s, out) if s.name == "exover.c" else s for s in sources]
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
-    words = [word.replace(str(out.parent), ".") for word in command]
+    beside = [shutil.copy(s, out.parent) if s.parent == HERE and f"-I{out.parent}" in flags else s for s in sources]
+    words = [word.replace(str(out.parent), ".") for word in (compiler, *flags, *map(str, beside), "-o", str(out))]
     if not COVERAGE and stays_within(words):
         compile_or_fail(out.parent, words)
         return
