@@ -19,7 +19,7 @@ from tempfile import mkdtemp
 from unittest.mock import patch
 
 from exover.engines import compiler
-from exover.engines.compiler import COMPILERS, find_compiler
+from exover.engines.compiler import COMPILERS, command_in, find_compiler
 from exover.engines.process import Ended, run
 
 KEPT = "EXOVER_TESTS_KEPT"
@@ -69,8 +69,9 @@ def across_runs(kept: Path, most: int = MOST) -> Path:
 @cache
 def _versions() -> str:
     """Return what tells the compilers and the library of this machine from others."""
-    commands = [*([name] for name in (*COMPILERS, "rustc") if which(name)), find_compiler()]
-    told = [subprocess.run([*each, "--version"], capture_output=True, check=False).stdout for each in commands]
+    commands = [*([name] for name in (*COMPILERS, "rustc")), *map(command_in, ("CC", "RUSTC"))]
+    there = [each for each in commands if each and which(each[0])]
+    told = [subprocess.run([*each, "--version"], capture_output=True, check=False).stdout for each in there]
     return hashlib.sha256(f"{commands} {told} {platform.libc_ver()}".encode()).hexdigest()
 
 
