@@ -167,7 +167,8 @@ def test_a_process_writes_the_same_again(tmp_path: Path, run: Run) -> None:
 
 def test_where_a_search_is_cut_off_changes_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     """The time of a search ends sooner on one machine than on another; ways of later questions are the same."""
-    made, ways = compiled(model_of(STARVING)), AlwaysPossible.ways
+    fewer = STARVING.replace("request lost() { check not past(m.long); }", "")
+    made, ways = compiled(model_of(fewer)), AlwaysPossible.ways
     said = tuple(claim for claim in claims(made.model, NO_PROPERTIES) if claim.check in ("deadlock", "lockout"))
     texts = []
     for is_late in (False, True):
