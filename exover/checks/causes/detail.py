@@ -16,8 +16,10 @@ from exover.checks.causes.blocked_detail import (
 from exover.checks.causes.blocking import Obstacles
 from exover.checks.causes.broken_finding import BrokenFinding, never_launched
 from exover.checks.causes.cause_wording import arguments_read, read_there
+from exover.checks.causes.excluded import facts, forbidden, unset
 from exover.checks.causes.property_detail import (
     conditions,
+    conjuncts,
     false_first,
     given_up,
     goals,
@@ -33,7 +35,7 @@ from exover.checks.finding import Finding
 from exover.checks.questions.property import BROKEN, VIOLATED, named
 from exover.loop.claim import CONTRADICTORY
 from exover.model.model import Model
-from exover.model.property import Formula, Properties
+from exover.model.property import Atom, Formula, Properties
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import reads
 from exover.model.semantics import Reference
@@ -129,9 +131,10 @@ def _property(broken: BrokenFinding) -> str:
         parts += read_there(broken.model, state, read, where, arguments_read(conditions(prop.formula)))
         if prop.form in ("always possible", "from possible"):
             missed = _never_true(broken.model, prop.formula) or _launch_missed(broken, state, prop.formula)
-            parts += missed or kept_from_truth(broken, state, goals(prop.formula))
+            wanted = [each.condition for each in goals(prop.formula) if isinstance(each, Atom)]
+            parts += missed or kept_from_truth(broken, state, wanted)
     else:
-        parts += _without_run(broken, prop.formula)
+        parts += _without_run(broken, prop.formula, goals(prop.formula) if prop.form == "possible" else [])
     return "; ".join(parts)
 
 
@@ -139,13 +142,17 @@ def _vacuity(broken: BrokenFinding) -> str:
     """Return that the premise is never true, with the causes that the model tells without a run."""
     premise = named(broken.properties, broken.finding.subject).premise
     assert premise is not None, "only properties with a premise are asked about"
-    return "; ".join([broken.finding.message, *_without_run(broken, premise)])
+    return "; ".join([broken.finding.message, *_without_run(broken, premise, conjuncts(premise))])
 
 
-def _without_run(broken: BrokenFinding, formula: Formula) -> list[str]:
-    """Return what the model tells of a formula without a run: comparisons that are fixed, requests never launched."""
-    fixed = map(str, _decided(broken.model, formula))
-    return [*fixed, *never_launched(broken, (name for names in requests_named(formula) for name in names))]
+def _without_run(broken: BrokenFinding, formula: Formula, parts: Sequence[Formula]) -> list[str]:
+    """Return what the model tells of a formula without a run: comparisons that are fixed, requests never launched, and
+    rules that forbid what it wants, `parts` of it at the same time.
+    """
+    known, fixed = facts(parts), map(str, _decided(broken.model, formula))
+    named = (name for names in requests_named(formula) for name in names)
+    never = never_launched(broken, [*named, *unset(broken.model, known, broken.unlaunched)])
+    return [*fixed, *never, *forbidden(broken.model, known)]
 
 
 def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:

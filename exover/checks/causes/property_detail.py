@@ -120,23 +120,21 @@ def requests_named(formula: Formula) -> tuple[list[str], list[str]]:
     return happened, [each.request for each in said if isinstance(each, Status)]
 
 
-def goals(formula: Formula) -> list[Cond]:
-    """Return the conditions on states that must all be true where `always possible` or `from … possible` wants to come
-    to, as far as it is a conjunction.
-    """
+def goals(formula: Formula) -> list[Formula]:
+    """Return the parts that must all be true where `possible`, `always possible` or `from … possible` wants to come."""
     *_, last = (each.right for each in subformulas(formula) if isinstance(each, SomeUntil))
-    left, found = [last], list[Cond]()
-    while left:
-        match left.pop(0):
-            case Conjunction(parts):
-                left = [*parts, *left]
-            case Atom(And(conditions)):
-                left = [*map(Atom, conditions), *left]
-            case Atom(condition):
-                found.append(condition)
-            case _:
-                pass
-    return found
+    return conjuncts(last)
+
+
+def conjuncts(formula: Formula) -> list[Formula]:
+    """Return the parts of which a formula is the conjunction, inside of conditions too."""
+    match formula:
+        case Conjunction(parts):
+            return [each for part in parts for each in conjuncts(part)]
+        case Atom(And(parts)):
+            return [each for part in parts for each in conjuncts(Atom(part))]
+        case _:
+            return [formula]
 
 
 def conditions(formula: Formula) -> Iterator[Cond]:

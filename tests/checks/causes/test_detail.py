@@ -539,7 +539,34 @@ def test_a_premise_that_is_never_true_says_what_keeps_it_from_being_true() -> No
     never = "its premise is never true: the property says nothing"
     assert said["vacuity", "storm"].message == f"{never}; `wind > 70` is false whatever happens: wind lies in 0 .. 60"
     assert said["vacuity", "unlaunched"].message == f"{never}; no run launches `m.a`: see reachability"
-    assert said["vacuity", "excluded"].message == never
+    assert said["vacuity", "excluded"].message == f"{never}; `x` forbids it"
+
+
+FORBIDDEN = [
+    ("active(m.a) and active(m.b)", "`pair` forbids it"),
+    ("running(m.b) and stopping(m.a)", "`pair` forbids it"),
+    ("launched(m.a) and active(m.b with n == 2)", "`pair` forbids it"),
+    ("active(m.c) and active(m.d)", "`power` forbids it"),
+    ("active(m.b) and active(m.d) and active(m.e)", "`two` forbids it"),
+    ("running(m.e) and wind > 9 and lit", "`gale` forbids it"),
+    ("active(m.b with n == 1) and active(m.b with n == 2)", None),
+    ("m.at == there", "no run launches `m.f`: see reachability"),
+    ("not m.at == here and active(m.a)", "no run launches `m.f`: see reachability"),
+]
+
+
+@pytest.mark.parametrize(("wanted", "told"), FORBIDDEN)
+def test_what_is_never_possible_is_told_with_the_rules_that_forbid_it(wanted: str, told: str | None) -> None:
+    spec = """spec s; poster wind: int in 0 .. 60 = 0; poster lit: bool = false; resource power: 3;
+    module m {
+        state at: { here, there } = here; request a(); request b(n: int in 0 .. 9);
+        request c() { uses power 2; } request d() { uses power 2; } request e();
+        request f() { check at == there; on ok set at = there; on failed set at = here; }
+    }
+    mutex pair: m.a, m.b; limit two: at most 2 of m.b, m.d, m.e;
+    forbid gale: lit and wind > 9 and active(m.e) by kill m.e;"""
+    message = found(spec, f"for s; property p: possible ({wanted});")["property", "p"].message
+    assert message == "no run comes to a moment in which it is true" + (f"; {told}" if told else "")
 
 
 def test_a_guard_that_ranges_decide_says_so() -> None:

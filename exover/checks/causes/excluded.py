@@ -1,0 +1,84 @@
+"""What keeps a condition from being true in any run, by its form and that of the rules, without a run."""
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+
+from exover.checks.causes.broken_finding import listed
+from exover.model.evaluate import holds
+from exover.model.expression import And, Compare, Cond, Const, Count, Not, Or, Status, Used
+from exover.model.kleene import every, negated, some
+from exover.model.model import Model, SetState
+from exover.model.property import Atom, Formula, Happened
+from exover.model.reads import Read, reads
+from exover.model.state import resting
+
+
+def facts(parts: Iterable[Formula]) -> list[Cond]:
+    """Return what is true of the state where these parts of a formula are: what was launched is active."""
+    found = list[Cond]()
+    for part in parts:
+        match part:
+            case Atom(condition):
+                found.append(condition)
+            case Happened("launched", request):
+                found.append(Status("active", request))
+            case _:
+                pass
+    return found
+
+
+def forbidden(model: Model, known: Sequence[Cond]) -> list[str]:
+    """Return, as at most one part of a sentence, the rules whose conditions are true wherever all of these are."""
+    rules = [each for each in model.rules if each.slot_of is None and _truth(model, each.condition, known)]
+    names = tuple(dict.fromkeys(each.name for each in rules))
+    return [f"{listed(names)} forbid{'s' * (len(names) == 1)} it"] if names else []
+
+
+def _truth(model: Model, condition: Cond, known: Sequence[Cond]) -> bool | None:
+    active = {each.request for each in known if isinstance(each, Status) and each.phase != "waiting"}
+    match condition:
+        case _ if condition in known or Not(condition) in known:
+            return condition in known
+        case Status("active", request, None):
+            return True if request in active else None
+        case Not(part):
+            return negated(_truth(model, part, known))
+        case And(parts):
+            return every(_truth(model, part, known) for part in parts)
+        case Or(parts):
+            return some(_truth(model, part, known) for part in parts)
+        case Compare(">", Count(requests), Const(int(most))):
+            return True if len(active.intersection(requests)) > most else None
+        case Compare(">", Used(resource), Const(int(most))):
+            return True if _held(model, active, resource) > most else None
+        case _:
+            return None
+
+
+def _held(model: Model, active: Collection[str], resource: str) -> int:
+    """Return the least that these requests hold of a resource together while they are active."""
+    shares = (share for each in model.requests if each.name in active for share in each.shares)
+    return sum(share.amount for share in shares if share.resource == resource and share.when is None)
+
+
+def unset(model: Model, known: Iterable[Cond], unlaunched: Collection[str]) -> Iterator[str]:
+    """Yield the requests that alone set a module state so that one of these conditions is true, if no run launches
+    any of them.
+    """
+    start = resting(model)
+    for condition in known:
+        match list(reads(condition)):
+            case [Read("reading", name)] if _is_state(model, name) and not holds(model, start, condition):
+                makers = [
+                    request.name
+                    for request in model.requests
+                    for each in request.effects
+                    if isinstance(each, SetState) and each.state == name
+                    if holds(model, start.with_reading(name, each.value), condition)
+                ]
+                yield from makers if set(makers) <= set(unlaunched) else ()
+            case _:
+                pass
+
+
+def _is_state(model: Model, name: str) -> bool:
+    return name in model.variable and model.variable[name].kind == "state"
