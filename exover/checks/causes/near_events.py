@@ -18,7 +18,7 @@ WALKS, STEPS = 12, 10
 
 def observations(model: Model, further: Iterable[Cond] = ()) -> Iterator[Observe]:
     """Yield observations of the posters that rules and guards of a model, or `further` conditions, compare, with values
-    around their constants, and of each consumable at its capacity.
+    around their constants, of each consumable at its capacity, and of those that requests consume empty.
     """
     conditions = [rule.condition for rule in model.rules]
     conditions += [guard.condition for request in model.requests for guard in request.guards]
@@ -32,6 +32,7 @@ def observations(model: Model, further: Iterable[Cond] = ()) -> Iterator[Observe
                 found.setdefault(name, {}).update(dict.fromkeys(values))
     yield from (Observe(name, value) for name, values in found.items() for value in values)
     yield from (Observe(each.name, each.capacity) for each in model.resources if each.consumable)
+    yield from (Observe(each, 0) for each in sorted({e.resource for r in model.requests for e in r.consumptions}))
 
 
 def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:

@@ -22,7 +22,7 @@ from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event, Launched
 from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
-from exover.model.reads import in_question
+from exover.model.reads import in_question, rule_reads, users
 from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -81,7 +81,8 @@ class Shadows:
         seen, beside, acts = Counter[str](), Counter[str](), list[Tried]()
         joint = Counter[tuple[str, ...]]()
         asked = in_question(alone.model)
-        requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
+        concerned = (each for each in alone.model.requests if each.guards or each.consumptions or asked[each.name])
+        requests = list(concerned)
         for step in self._steps(alone.model, requests):
             if step.forbids and name in _rules(step.actions):
                 acts.append(step)
@@ -122,10 +123,12 @@ class Shadows:
         """Return the rules that decide in the place of a rule once it is taken out, the most frequent first."""
         only, seen = _cut(self.reference.model, name.__eq__), Counter[str]()
         asked = in_question(only)
-        for step in self._steps(only, [each for each in only.requests if asked[each.name]]):
-            named = Counter(_rules(step.actions))
-            if name in named and not step.forbids:
-                again = replace(step, reference=self.without[name])
+        requests = [each for each in only.requests if asked[each.name]]
+        for step in self._steps(only, requests, self._nearest(only)):
+            placed = _unplaced(step)
+            named = Counter(_rules(placed.actions))
+            if name in named and not placed.forbids:
+                again = replace(placed, reference=self.without[name])
                 seen.update(Counter(_rules(again.actions)) - named if not again.forbids else ())
             if seen.total() >= ENOUGH:
                 break
@@ -164,11 +167,17 @@ class Shadows:
         forbids = _forbid_each(forbidden_without) if forbidden_without else None
         return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), forbids)
 
-    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator["Tried"]:
-        """Yield steps from each state: observations of what the rules of `only` read, and asks after each of them."""
+    def _steps(
+        self, only: Model, requests: Sequence[Request], numbers: Sequence[int] | None = None
+    ) -> Iterator["Tried"]:
+        """Yield steps from states: observations of what the rules of `only` read, and asks after each of them.
+
+        `numbers`: those of the states, else those of some from everywhere.
+        """
         random = Random(0)
         seen = list(observations(only))
-        for number, state in enumerate(self.states):
+        for number in numbers or self._everywhere:
+            state = self.states[number]
             for observation in (None, *seen):
                 there = state
                 if observation is not None:
@@ -179,6 +188,19 @@ class Shadows:
                         continue
                     there = tried.after
                 yield from self._asks(there, requests, random)
+
+    @property
+    def _everywhere(self) -> Sequence[int]:
+        """The numbers of about `STATES` states, as far apart from each other as there are states."""
+        return range(0, len(self.states), -(-len(self.states) // STATES))
+
+    def _nearest(self, only: Model) -> Sequence[int]:
+        """Return numbers of states: first a few in which most requests are active of which the rules of `only` read
+        that they are, or what they use; then some from everywhere.
+        """
+        read = _active_read(only)
+        nearest = sorted(range(len(self.states)), key=lambda number: -len(self.states[number].active(read)))
+        return tuple(dict.fromkeys([*nearest[: STATES // 2], *self._everywhere]))
 
     def _further(self, requests: Sequence[Request]) -> Iterator["Tried"]:
         """Yield asks and reports in states of random runs, to tell two or more assumptions apart; else nothing."""
@@ -256,13 +278,18 @@ class Shadowing:
     """Rules that would decide first in steps that assumptions forbid."""
 
 
+def _unplaced(step: Tried) -> Tried:
+    """Return the step from the state with an empty waiting place of the asked request."""
+    event = step.event
+    return replace(step, state=step.state.with_place(event.request, None)) if isinstance(event, Ask) else step
+
+
 def _roomy(step: Tried) -> Tried:
     """Return the step from the state with an empty waiting place and one more idle slot of the asked request."""
-    state, event = step.state, step.event
+    event, state = step.event, _unplaced(step).state
     if not isinstance(event, Ask):
         return step
-    state = state.with_place(event.request, None).with_slot((event.request, len(state.slots[event.request])), None)
-    return replace(step, state=state)
+    return replace(step, state=state.with_slot((event.request, len(state.slots[event.request])), None))
 
 
 def _by_count(counted: Counter[str]) -> tuple[str, ...]:
@@ -284,13 +311,20 @@ def _alone_forbid(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
 def shadows(
     reference: Reference, without: WithoutRules, assumptions: Sequence[Assumption], findings: Iterable[Finding]
 ) -> Shadows:
-    """Return `Shadows` that try steps from about `STATES` states on the traces of the findings."""
+    """Return `Shadows` that try steps from states on the traces of the findings."""
     found: dict[object, State] = {}
     for finding in findings:
         for state in visited(reference, finding.trace.events if finding.trace else ()):
             found.setdefault(state.key(), state)
-    states = list(found.values())
-    return Shadows(reference, without, states[:: -(-len(states) // STATES)], assumptions)
+    return Shadows(reference, without, list(found.values()), assumptions)
+
+
+def _active_read(model: Model) -> list[str]:
+    """Return the requests of which rules read whether they are active, or what they use of a resource."""
+    read = {each for rule in model.rules for each in rule_reads(rule)}
+    active = {each.name for each in read if each.kind == "active"}
+    using = {name for each in read if each.kind == "used" for name in users(model, each.name)}
+    return sorted(active | using)
 
 
 def _rules(actions: Sequence[Action]) -> list[str]:

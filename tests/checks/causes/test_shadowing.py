@@ -5,11 +5,13 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.causes.detail import detailed
-from exover.checks.causes.shadowing import Shadows, WithoutRules
+from exover.checks.causes.shadowing import STATES, Shadows, WithoutRules
 from exover.checks.questions.redundancy import VIOLATED as NEEDLESS
 from exover.checks.questions.rule_use import VIOLATED
+from exover.model.event import Ask, Report
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
+from exover.model.trace import end_of
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.diagrams import check_by_diagrams
@@ -25,6 +27,10 @@ DEAD = [
     ("mutex one: m.a, m.b; mutex dead: m.b, m.a;", "one"),
     ("forbid hot: t > 3 and active(m.b) by wait or kill m.b; forbid dead: t > 5 and active(m.b) by wait;", "hot"),
     ("context m.b { wait dead: until not running(m.b); }", "busy"),
+    (
+        "module n { request c() { check no: wind > 10 and wind < 5; consumes dead 1; } } resource dead: 3 consumable;",
+        "n.c.no",
+    ),
     ("forbid dead: wind > 60 and active(m.b);", ""),
 ]
 
@@ -105,6 +111,23 @@ def test_what_decides_in_the_place_of_a_redundant_rule_is_named(rules: str, told
         assert message == f"{NEEDLESS}{added}"
 
 
+def test_what_decides_in_the_place_of_a_redundant_rule_is_told_also_where_its_request_waits() -> None:
+    rules = "mutex one: m.a, m.b by wait; limit two: at most 1 of m.a, m.b by wait;"
+    reference = Reference(model_of(HEAD + rules))
+    waits = end_of(reference, (Ask("m.a", (0,)), Ask("m.b", ())))
+    assert waits.places["m.b"]
+    shadows = Shadows(reference, WithoutRules(reference.model), [waits], ())
+    assert shadows.instead_of("one") == ("two",)
+
+
+def test_what_decides_in_the_place_of_a_redundant_rule_is_looked_for_where_its_requests_are_active() -> None:
+    rules = "mutex one: m.a, m.b by wait; limit two: at most 1 of m.a, m.b by wait; context m.a { after m.c; }"
+    reference = Reference(model_of(HEAD.replace("request b();", "request b(); request c();") + rules))
+    active = end_of(reference, (Ask("m.c", ()), Report("m.c", 0, "ok", ()), Ask("m.b", ())))
+    states = [*[reference.start()] * (2 * STATES - 1), active]
+    assert Shadows(reference, WithoutRules(reference.model), states, ()).instead_of("one") == ("two",)
+
+
 def test_nothing_is_looked_for_when_the_time_is_over() -> None:
     rules, _ = DEAD[0]
     model = model_of(HEAD + rules)
@@ -118,7 +141,7 @@ def test_nothing_is_looked_for_when_the_time_is_over() -> None:
 
 
 NEVER = [
-    ("context m.a { check never: wind > 70; }", "`m.a.never`, `m.a.calm`; without `m.a.never` it"),
+    ("context m.a { check never: wind > 70; }", "`m.a.never`, `m.a.calm`, `fuel`; without `m.a.never` it"),
     (
         "context m.b { check up: wind > 30; check down: wind < 10; }",
         "`m.b.up`, `m.b.down`; without `m.b.up` or without `m.b.down` it",
