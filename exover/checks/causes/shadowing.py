@@ -20,9 +20,10 @@ from exover.checks.finding import Finding
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event, Launched
+from exover.model.expression import Cond
 from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
-from exover.model.reads import in_question, rule_reads, users
+from exover.model.reads import in_question, reads, rule_reads, users
 from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -124,15 +125,17 @@ class Shadows:
         only, seen = _cut(self.reference.model, name.__eq__), Counter[str]()
         asked = in_question(only)
         requests = [each for each in only.requests if asked[each.name]]
-        for step in self._steps(only, requests, self._nearest(only)):
-            placed = _unplaced(step)
-            named = Counter(_rules(placed.actions))
-            if name in named and not placed.forbids:
-                again = replace(placed, reference=self.without[name])
-                seen.update(Counter(_rules(again.actions)) - named if not again.forbids else ())
+        for number in self._nearest(only):
+            found = dict[str, None]()
+            for step in map(_unplaced, self._steps(only, requests, [number])):
+                named = Counter(_rules(step.actions))
+                if name in named and not step.forbids:
+                    again = replace(step, reference=self.without[name])
+                    found.update(dict.fromkeys(Counter(_rules(again.actions)) - named if not again.forbids else ()))
+            seen.update(list(found))
             if seen.total() >= ENOUGH:
                 break
-        return tuple(rule for rule, _ in seen.most_common())
+        return _by_count(seen)
 
     def before_launch(self, name: str) -> "Shadowing":
         """Return the rules that keep a request from a launch where it is asked or waits, the most frequent first.
@@ -175,7 +178,7 @@ class Shadows:
         `numbers`: those of the states, else those of some from everywhere.
         """
         random = Random(0)
-        seen = list(observations(only))
+        seen = list(observations(only, _latched(only)))
         for number in numbers or self._everywhere:
             state = self.states[number]
             for observation in (None, *seen):
@@ -317,6 +320,19 @@ def shadows(
         for state in visited(reference, finding.trace.events if finding.trace else ()):
             found.setdefault(state.key(), state)
     return Shadows(reference, without, list(found.values()), assumptions)
+
+
+def _latched(model: Model) -> list[Cond]:
+    """Return the conditions of the latches that rules and guards read, themselves or by other latches."""
+    found = [rule.condition for rule in model.rules]
+    found += [guard.condition for request in model.requests for guard in request.guards]
+    read = {each.name for condition in found for each in reads(condition)}
+    latched = list[Cond]()
+    for latch in reversed(model.latches):
+        if latch.name in read:
+            latched.append(latch.condition)
+            read |= {each.name for each in reads(latch.condition)}
+    return latched
 
 
 def _active_read(model: Model) -> list[str]:

@@ -31,6 +31,11 @@ DEAD = [
         "module n { request c() { check no: wind > 10 and wind < 5; consumes dead 1; } } resource dead: 3 consumable;",
         "n.c.no",
     ),
+    (
+        "latch up: when wind > 10 until m.a; latch high: when wind > 30 until m.a;"
+        "forbid gale: up and active(m.b) by kill m.b; forbid dead: high and active(m.b) by kill m.b;",
+        "gale",
+    ),
     ("forbid dead: wind > 60 and active(m.b);", ""),
 ]
 
@@ -126,6 +131,18 @@ def test_what_decides_in_the_place_of_a_redundant_rule_is_looked_for_where_its_r
     active = end_of(reference, (Ask("m.c", ()), Report("m.c", 0, "ok", ()), Ask("m.b", ())))
     states = [*[reference.start()] * (2 * STATES - 1), active]
     assert Shadows(reference, WithoutRules(reference.model), states, ()).instead_of("one") == ("two",)
+
+
+def test_all_that_decide_in_the_place_of_a_redundant_rule_are_named_not_only_those_of_one_state() -> None:
+    spec = """spec s; poster wind: int in 0 .. 60 = 0; module m { request a(x: int in 0 .. 999); request b(); }
+    forbid one: active(m.a) and active(m.b) and wind < 30 by wait;
+    forbid two: active(m.a) and active(m.b) and not past(m.b) by wait;
+    forbid three: active(m.a) and active(m.b) and past(m.b) by wait;"""
+    reference = Reference(model_of(spec))
+    first = end_of(reference, (Ask("m.b", ()),))
+    later = end_of(reference, (Ask("m.b", ()), Report("m.b", 0, "ok", ()), Ask("m.b", ())))
+    shadows = Shadows(reference, WithoutRules(reference.model), [first, later], ())
+    assert shadows.instead_of("one") == ("two", "three")
 
 
 def test_nothing_is_looked_for_when_the_time_is_over() -> None:
