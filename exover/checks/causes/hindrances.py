@@ -13,7 +13,8 @@ from exover.model.state import State
 def reason_reads(model: Model, state: State, request: Request, reason: Reason) -> Sequence[Read]:
     """Return what the guard, rule or consumption of a reason reads, without idle requests that could hinder.
 
-    Of a resource, who uses it; if the reason is that the request is busy, whether it is active or waits.
+    Of a resource, who uses it; of an idle request whose way is being cleared, that it waits; if the reason is that the
+    request is busy, whether it is active or waits.
     """
     read: dict[Read, None] = {}
     if reason == BUSY:
@@ -24,7 +25,11 @@ def reason_reads(model: Model, state: State, request: Request, reason: Reason) -
     idle = {name for name in hindering(model, request, reason) if not state.active([name])}
     for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
         holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
-        read |= dict.fromkeys(each for each in holders if each.kind != "active" or each.name not in idle)
+        for held in holders:
+            if held.kind != "active" or held.name not in idle:
+                read[held] = None
+            elif held.name != request.name and (place := state.places[held.name]) and place.clearing:
+                read[Read("waiting", held.name)] = None
     if any(clause.resource == reason.rule for clause in request.consumptions):
         read[Read("level", reason.rule)] = None
     return tuple(read)
