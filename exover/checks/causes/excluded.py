@@ -1,5 +1,6 @@
 """What keeps a condition from being true in any run, by its form and that of the rules, without a run."""
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from exover.checks.causes.broken_finding import listed
@@ -31,6 +32,19 @@ def forbidden(model: Model, known: Sequence[Cond]) -> list[str]:
     rules = [each for each in model.rules if each.slot_of is None and _truth(model, each.condition, known)]
     names = tuple(dict.fromkeys(each.name for each in rules))
     return [f"{listed(names)} forbid{'s' * (len(names) == 1)} it"] if names else []
+
+
+def crowded(model: Model, known: Iterable[Cond]) -> Iterator[str]:
+    """Yield, in words, the slots of the requests of which more with different arguments are to be active than that."""
+    slots_of = {(each.request, each.where): None for each in known if isinstance(each, Status) and _is_slot(each)}
+    for name, slots in Counter(request for request, _ in slots_of).items():
+        instances = model.request[name].instances
+        if slots > instances:
+            yield f"`{name}` has {'one slot' if instances == 1 else f'{instances} slots'}"
+
+
+def _is_slot(status: Status) -> bool:
+    return status.phase != "waiting" and status.where is not None
 
 
 def _truth(model: Model, condition: Cond, known: Sequence[Cond]) -> bool | None:

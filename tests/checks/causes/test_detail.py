@@ -549,7 +549,9 @@ FORBIDDEN = [
     ("active(m.c) and active(m.d)", "`power` forbids it"),
     ("active(m.b) and active(m.d) and active(m.e)", "`two` forbids it"),
     ("running(m.e) and wind > 9 and lit", "`gale` forbids it"),
-    ("active(m.b with n == 1) and active(m.b with n == 2)", None),
+    ("active(m.b with n == 1) and active(m.b with n == 2)", "`m.b` has one slot"),
+    ("active(m.g with n == 1) and active(m.g with n == 2) and running(m.g with n == 3)", "`m.g` has 2 slots"),
+    ("active(m.b with n == 1) and waiting(m.b with n == 2) and lit and not lit", None),
     ("m.at == there", "no run launches `m.f`: see reachability"),
     ("not m.at == here and active(m.a)", "no run launches `m.f`: see reachability"),
 ]
@@ -562,6 +564,7 @@ def test_what_is_never_possible_is_told_with_the_rules_that_forbid_it(wanted: st
         state at: { here, there } = here; request a(); request b(n: int in 0 .. 9);
         request c() { uses power 2; } request d() { uses power 2; } request e();
         request f() { check at == there; on ok set at = there; on failed set at = here; }
+        request g(n: int in 0 .. 9) instances 2;
     }
     mutex pair: m.a, m.b; limit two: at most 2 of m.b, m.d, m.e;
     forbid gale: lit and wind > 9 and active(m.e) by kill m.e;"""
