@@ -8,7 +8,7 @@ from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status
 from exover.model.kleene import every, negated, some
 from exover.model.model import Kill, Model, Rule
 from exover.model.ranges import decided
-from exover.model.reads import rule_reads, users
+from exover.model.reads import reads, rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wording import remedy_text
@@ -45,7 +45,23 @@ def _kills(state: State, requests: Sequence[str], known: Collection[str]) -> Ite
 
 
 def _by(rule: Rule, killed: Sequence[str]) -> str:
-    return f"`by {' or '.join(map(remedy_text, (*rule.remedies, Kill(tuple(killed)))))}`"
+    """Return the remedies of a rule and the kill; the kill alone if it stands for them."""
+    kept = () if _stands_for_all(rule, killed) else rule.remedies
+    return f"`by {' or '.join(map(remedy_text, (*kept, Kill(tuple(killed)))))}`"
+
+
+def _stands_for_all(rule: Rule, killed: Collection[str]) -> bool:
+    """Return whether all remedies of a rule kill some of these requests, and none restores it while another of them is
+    active: each of them alone breaks the rule.
+    """
+    if not all(isinstance(each, Kill) and set(each.requests) <= set(killed) for each in rule.remedies):
+        return False
+    parts = rule.condition.parts if isinstance(rule.condition, And) else (rule.condition,)
+    match [each for each in parts if any(read.kind in ("active", "used") for read in reads(each))]:
+        case [Or(any_of)]:
+            return set(any_of) >= {Status("active", each) for each in killed}
+        case _:
+            return False
 
 
 def _least(model: Model, rules: Sequence[Rule], requests: Sequence[str], known: Collection[str]) -> Sequence[str]:

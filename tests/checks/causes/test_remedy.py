@@ -17,7 +17,17 @@ request down() instances 2 { uses load 1; } } """
 ADVICE = [
     ("forbid f: p and active(m.a);", "write `by reject or kill m.a`"),
     ("forbid f: p and active(m.a) by wait;", "write `by wait or kill m.a`"),
-    ("forbid f: p and (active(m.b) or active(m.a)) by kill m.b;", "write `by kill m.b or kill m.a, m.b`"),
+    ("forbid f: p and (active(m.b) or active(m.a)) by kill m.b;", "write `by kill m.a, m.b`"),
+    ("forbid f: p and active(m.a, m.b, m.c) by kill m.c or kill m.a or kill m.b;", "write `by kill m.a, m.b, m.c`"),
+    ("forbid f: p and active(m.a, m.b) by kill m.a or wait;", "write `by kill m.a or wait or kill m.a, m.b`"),
+    (
+        "forbid f: p and (active(m.b) or active(m.a with x > 1)) by kill m.b;",
+        "write `by kill m.b or kill m.a, m.b`",
+    ),
+    (
+        "forbid f: p and active(m.a, m.b) and (active(m.b) or active(m.c) or past(m.b)) by kill m.b;",
+        "write `by kill m.b or kill m.a, m.b`",
+    ),
     ("forbid f: p and used(power) > 2;", "write `by reject or kill m.a`"),
     ("forbid f: p and used(power) > 1;", "write `by reject or kill m.a, m.c`"),
     (
