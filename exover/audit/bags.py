@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,8 @@ from rosbags.rosbag2 import Reader as BagReader
 from exover.audit.binary import NoMission
 from exover.audit.decoding import decoded, reason
 from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
+from exover.audit.seen_goals import SeenGoal, SeenGoals
 from exover.audit.shapes import CALL_SHAPE, GOAL_SHAPE, RESULT_SHAPE, STATUS_SHAPE, Shape, lacking
-from exover.dataclass import dataclass
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
 from exover.gate.ros2.cdr import ACCEPTED, CANCELING, OUTCOME_OF, SUCCEEDED
@@ -30,52 +29,13 @@ MOST_DONE = 1000
 Reader = Callable[[Any], Iterator[Item]]
 
 
-@dataclass(slots=True)
-class SeenGoal:
-    """An action goal or a service call, with its request, arguments and instance as far as they are known."""
-
-    bound: RequestBinding | None
-    args: Json | None = None
-    instance: int | None = None
-    asked: bool = False
-    status: int = 0
-    fault: str = ""
-    seen: bool = False
-    """Whether its watch has shown it as running."""
-    rounds: int | None = None
-    """How many messages its watch has shown since the response that it has started; None before that response."""
-
-    def ends(self, meaning: str | None) -> bool:
-        """Take the status that its watch shows; return whether it tells the end, and not that of an earlier run."""
-        self.seen = self.seen or meaning == "running"
-        if self.rounds is not None:
-            self.rounds += 1
-        return meaning not in (None, "running") and (self.seen or (self.rounds or 0) > 1)
-
-
-@dataclass(slots=True)
-class _Known:
-    """The goals of an action, or the open calls of a service, and which of its topics were recorded."""
-
-    bounds: tuple[RequestBinding, ...]
-    goals: dict[Any, SeenGoal] = field(default_factory=dict)
-    sent: dict[tuple[int, ...], SeenGoal] = field(default_factory=dict)
-    """The goals of an action with arguments, by id, read before all else: a status may stand before its goal."""
-    has_goals: bool = False
-    has_status: bool = False
-
-    def goal(self, key: tuple[int, ...]) -> SeenGoal:
-        """Return the goal of an id."""
-        return self.goals.setdefault(key, self.sent.get(key) or SeenGoal(None))
-
-
 class Bag:
     """Reads one bag by a binding."""
 
     def __init__(self, model: Model, binding: Binding, path: str) -> None:
         self._model, self._binding, self._path = model, binding, path
         self._free = {each.name: list(range(each.instances)) for each in model.requests}
-        self._known: dict[str, _Known] = {}
+        self._known: dict[str, SeenGoals] = {}
         self._readers: dict[str, list[tuple[Shape, Reader]]] = {}
         self._lacking: set[str] = set()
         self._topics: dict[str, str] = {}
@@ -181,7 +141,7 @@ class Bag:
             if bound.kind != "tool":
                 inner, outer = absolute(bound.inner), absolute(bound.outer)
                 name = next((name for name in (inner, outer) if self._has(name, bound.kind)), inner)
-                known = self._known.setdefault(name, _Known(()))
+                known = self._known.setdefault(name, SeenGoals(()))
                 known.bounds = (*known.bounds, bound)
         for name, known in self._known.items():
             if known.bounds[0].kind == "action":
@@ -222,7 +182,7 @@ class Bag:
 
     # ---- actions ----
 
-    def _goals(self, known: _Known) -> Reader:
+    def _goals(self, known: SeenGoals) -> Reader:
         """Return a reader of the `send_goal` introspection topic, which tells arguments and refusals of goals."""
         calls: dict[Any, SeenGoal] = {}
 
@@ -241,7 +201,7 @@ class Bag:
 
         return read
 
-    def _identify(self, known: _Known, goal: SeenGoal, arguments: Any) -> None:
+    def _identify(self, known: SeenGoals, goal: SeenGoal, arguments: Any) -> None:
         """Set the request that a goal or call means, and its arguments."""
         goal.bound = next((bound for bound in known.bounds if bound.meant(arguments)), None)
         if goal.bound is None or goal.args is not None:
@@ -260,7 +220,7 @@ class Bag:
         else:
             yield from read_noted(self._model, entries).items
 
-    def _statuses(self, known: _Known) -> Reader:
+    def _statuses(self, known: SeenGoals) -> Reader:
         first = True
 
         def read(message: Any) -> Iterator[Item]:
@@ -351,7 +311,7 @@ class Bag:
         sources = {absolute(each.source) for each in self._binding.watches if each.name == bound.report.watch}
         return bound.started and bool(sources & self._topics.keys())
 
-    def _calls(self, known: _Known) -> Reader:
+    def _calls(self, known: SeenGoals) -> Reader:
         done: dict[Any, None] = {}
 
         def read(message: Any) -> Iterator[Item]:
