@@ -7,10 +7,9 @@ import pytest
 
 from exover.certificate.verify import Verified, read, verify
 from exover.model.property import NO_PROPERTIES
-from exover.pipeline import build, claimed
+from exover.pipeline import build, check, claimed
 from exover.proofs.certify import certificate, render
 from exover.proofs.operators import CHOSEN
-from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
 SPEC = """spec reals;
@@ -31,7 +30,7 @@ LED = ("deadlock", "lockout", "starvation", "reachability", "rule-use")
 @pytest.fixture(scope="module")
 def made() -> tuple[Json, Verified]:
     built = build(model_of(SPEC))
-    findings = check_by_diagrams(built.compiled).findings
+    findings = check(built, lambda _: None).findings
     found = certificate(built.compiled, built.data, findings, NO_PROPERTIES, "0", lambda what: None)
     return found, verify(built.data, read(render(found)), claimed(built.model, NO_PROPERTIES), 20)
 

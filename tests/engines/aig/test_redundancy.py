@@ -11,6 +11,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.redundancy import Contrasts, changes
 from exover.engines.aig.words import lit
+from exover.loop.claim import APPROXIMATE
 from exover.model.event import Ask, Event, Observe
 from exover.model.expression import Status
 from exover.model.model import NOWHERE, Model
@@ -75,8 +76,11 @@ def test_every_verdict_is_that_of_the_diagrams(path: Path) -> None:
     properties = read_properties(str(path), str(written), model) if written.exists() else NO_PROPERTIES
     made = compiled(model)
     findings = check_by_diagrams(made, {"redundancy"}, properties=properties).findings
-    wanted = {each.subject: each.verdict for each in findings if each.check == "redundancy"}
-    assert verdicts_of(made, properties) == wanted
+    found, wanted = verdicts_of(made, properties), [each for each in findings if each.check == "redundancy"]
+    assert [each.subject for each in wanted] == list(found)
+    assert {each.message for each in wanted if each.verdict == "unknown"} <= {APPROXIMATE}
+    known = {each.subject: each.verdict for each in wanted if each.verdict != "unknown"}
+    assert known.items() <= found.items() and len(known) > len(found) / 2
 
 
 def while_active(state: str) -> str:
