@@ -164,8 +164,9 @@ def test_what_cannot_be_loaded_is_asked_for_again_by_the_next_change(
     page.route(f"**/{missing}", lambda route: (asked.append(route.request.url), route.fulfill(status=404)))
     page.goto(address)
     expect(page.locator("#editor .status")).to_have_text(f"Python could not be started: {said}", timeout=LATER)
+    tries = len(asked)
     page.wait_for_timeout(300)
-    assert len(asked) == 1
+    assert len(asked) == tries <= 2  # at once, and by the first call if that comes after the failure
     page.unroute(f"**/{missing}")
     write(page, SMALL)
     expect(page.locator("#title")).to_have_text("small", timeout=LATER)
