@@ -1,11 +1,10 @@
 """Notes statements that by their form constrain nothing (docs/language.md, section 2)."""
 
 from collections.abc import Collection
-from typing import assert_never
 
 from exover.diagnostics import quote
-from exover.model.expression import And, Compare, Cond, Last, Not, Or, Past, Status
-from exover.model.kleene import every, negated, some
+from exover.model.expression import Cond, Past, Status
+from exover.model.kleene import truth
 from exover.model.wording import counted
 from exover.resolve.mistakes import Mistakes
 from exover.source import Span
@@ -16,19 +15,15 @@ _READ_SOMETHING = "let it read something that changes: an activity, a poster, a 
 
 def fixed(cond: Cond) -> bool | None:
     """Return the truth value that a condition has by its constants alone; None if they do not decide it."""
-    match cond:
-        case Status(_, _, where) | Past(_, where):
-            return False if where is not None and fixed(where) is False else None
-        case Compare() | Last():
-            return None  # a comparison of constants was folded to TRUE or FALSE before
-        case Not(part):
-            return negated(fixed(part))
-        case And(parts):
-            return every(map(fixed, parts))
-        case Or(parts):
-            return some(map(fixed, parts))
-        case _:
-            assert_never(cond)
+
+    def known(part: Cond) -> bool | None:
+        match part:
+            case Status(_, _, where) | Past(_, where):
+                return False if where is not None and fixed(where) is False else None
+            case _:
+                return None  # a comparison of constants was folded to TRUE or FALSE before
+
+    return truth(cond, known)
 
 
 def note_fixed(mistakes: Mistakes, cond: Cond, useless: bool, so: str, span: Span) -> None:

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import partial
 
 from exover.checks.causes.broken_finding import listed
 from exover.model.evaluate import holds
-from exover.model.expression import And, Compare, Cond, Const, Count, Not, Or, Status, Used
-from exover.model.kleene import every, negated, some
+from exover.model.expression import Compare, Cond, Const, Count, Not, Status, Used
+from exover.model.kleene import truth
 from exover.model.model import Model, SetState
 from exover.model.property import Atom, Formula, Happened
 from exover.model.reads import Read, reads
@@ -29,7 +30,8 @@ def facts(parts: Iterable[Formula]) -> list[Cond]:
 
 def forbidden(model: Model, known: Sequence[Cond]) -> list[str]:
     """Return, as at most one part of a sentence, the rules whose conditions are true wherever all of these are."""
-    rules = [each for each in model.rules if each.slot_of is None and _truth(model, each.condition, known)]
+    true = partial(_known, model, known)
+    rules = [each for each in model.rules if each.slot_of is None and truth(each.condition, true)]
     names = tuple(dict.fromkeys(each.name for each in rules))
     return [f"{listed(names)} forbid{'s' * (len(names) == 1)} it"] if names else []
 
@@ -47,19 +49,13 @@ def _is_slot(status: Status) -> bool:
     return status.phase != "waiting" and status.where is not None
 
 
-def _truth(model: Model, condition: Cond, known: Sequence[Cond]) -> bool | None:
+def _known(model: Model, known: Sequence[Cond], condition: Cond) -> bool | None:
     active = {each.request for each in known if isinstance(each, Status) and each.phase != "waiting"}
     match condition:
         case _ if condition in known or Not(condition) in known:
             return condition in known
         case Status("active", request, None):
             return True if request in active else None
-        case Not(part):
-            return negated(_truth(model, part, known))
-        case And(parts):
-            return every(_truth(model, part, known) for part in parts)
-        case Or(parts):
-            return some(_truth(model, part, known) for part in parts)
         case Compare(">", Count(requests), Const(int(most))):
             return True if len(active.intersection(requests)) > most else None
         case Compare(">", Used(resource), Const(int(most))):

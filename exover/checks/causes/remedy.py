@@ -4,8 +4,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from exover.model.expression import And, Compare, Cond, Count, Not, Or, Status
-from exover.model.kleene import every, negated, some
+from exover.model.expression import And, Compare, Cond, Count, Or, Status
+from exover.model.kleene import truth
 from exover.model.model import Kill, Model, Rule
 from exover.model.ranges import decided
 from exover.model.reads import reads, rule_reads, users
@@ -76,19 +76,13 @@ def _ends(model: Model, rules: Sequence[Rule], idle: Collection[str]) -> bool:
     """Return whether the conditions of rules are false whatever else holds, given that these requests are idle."""
     sharing = tuple(replace(each, shares=()) if each.name in idle else each for each in model.requests)
     left = replace(model, requests=sharing)
-    return all(_truth(left, rule.condition, idle) is False for rule in rules)
+    return all(truth(rule.condition, lambda part: _known(left, part, idle)) is False for rule in rules)
 
 
-def _truth(model: Model, condition: Cond, idle: Collection[str]) -> bool | None:
+def _known(model: Model, condition: Cond, idle: Collection[str]) -> bool | None:
     match condition:
         case Status("active" | "running" | "stopping", request) if request in idle:
             return False
-        case Not(part):
-            return negated(_truth(model, part, idle))
-        case And(parts):
-            return every(_truth(model, part, idle) for part in parts)
-        case Or(parts):
-            return some(_truth(model, part, idle) for part in parts)
         case Compare(operator, Count(requests), right):
             counted = Count(tuple(each for each in requests if each not in idle))
             return next((each.truth for each in decided(model, Compare(operator, counted, right))), None)

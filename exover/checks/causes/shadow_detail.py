@@ -7,8 +7,8 @@ from exover.checks.causes.cause_wording import beyond_capacity
 from exover.checks.causes.shadowing import Shadowing
 from exover.checks.questions.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
 from exover.checks.questions.rule_use import VIOLATED as UNNAMED
-from exover.model.expression import And, Cond, Not, Or, Past, Status
-from exover.model.kleene import every, negated, some
+from exover.model.expression import Cond, Past, Status
+from exover.model.kleene import truth
 from exover.model.model import Model, Parameter
 from exover.model.ranges import decided
 from exover.model.reads import reads
@@ -77,20 +77,14 @@ def _settled_by(broken: BrokenFinding, rule: str) -> Iterator[str]:
 def _is_settled(condition: Cond, unlaunched: Collection[str]) -> bool:
     """Return whether a condition has a fixed value, given that some requests are never active and have no past."""
 
-    def truth(part: Cond) -> bool | None:
+    def known(part: Cond) -> bool | None:
         match part:
             case Status("active" | "running" | "stopping", request) | Past(request) if request in unlaunched:
                 return False
-            case Not(inner):
-                return negated(truth(inner))
-            case And(parts):
-                return every(map(truth, parts))
-            case Or(parts):
-                return some(map(truth, parts))
             case _:
                 return None
 
-    return truth(condition) is not None
+    return truth(condition, known) is not None
 
 
 def of_redundancy(broken: BrokenFinding) -> str:
