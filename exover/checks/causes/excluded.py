@@ -30,7 +30,8 @@ def facts(parts: Iterable[Formula]) -> list[Cond]:
 
 def forbidden(model: Model, known: Sequence[Cond]) -> list[str]:
     """Return, as at most one part of a sentence, the rules whose conditions are true wherever all of these are."""
-    true = partial(_known, model, known)
+    active = {each.request for each in known if isinstance(each, Status) and each.phase != "waiting"}
+    true = partial(_known, model, known, active)
     rules = [each for each in model.rules if each.slot_of is None and truth(each.condition, true)]
     names = tuple(dict.fromkeys(each.name for each in rules))
     return [f"{listed(names)} forbid{'s' * (len(names) == 1)} it"] if names else []
@@ -49,8 +50,7 @@ def _is_slot(status: Status) -> bool:
     return status.phase != "waiting" and status.where is not None
 
 
-def _known(model: Model, known: Sequence[Cond], condition: Cond) -> bool | None:
-    active = {each.request for each in known if isinstance(each, Status) and each.phase != "waiting"}
+def _known(model: Model, known: Sequence[Cond], active: set[str], condition: Cond) -> bool | None:
     match condition:
         case _ if condition in known or Not(condition) in known:
             return condition in known

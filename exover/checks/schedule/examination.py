@@ -12,6 +12,7 @@ from exover.loop.claim import Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.plain_runs import PlainRuns
 from exover.model.property import Properties
+from exover.model.types import Real
 from exover.ocrd.compile import Compiled
 from exover.ocrd.trace_replay import TraceReplay
 
@@ -23,6 +24,11 @@ class Examination:
     compiled: Compiled
     properties: Properties
     _context: Context | None = None
+
+    @cached_property
+    def reads_reals(self) -> bool:
+        """Whether a variable is real: where none is, the loop of the diagrams has no run too many."""
+        return any(isinstance(variable.type, Real) for variable in self.compiled.model.variables)
 
     def context(self, progress: Progress) -> Context:
         """Return the loop as decision diagrams."""

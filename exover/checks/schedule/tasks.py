@@ -144,8 +144,9 @@ class TaskRunner:
         started = self._begin(question, progress)
         try:
             finding = check.decide(self.examination.context(progress), question)
-            if not self._believed(number, finding) and self.examination.context(progress).analysis.loop.approximate:
-                finding = question.unknown(APPROXIMATE)
+            if self.examination.reads_reals and not self._believed(number, finding):
+                approximate = self.examination.context(progress).analysis.loop.approximate
+                finding = question.unknown(APPROXIMATE) if approximate else finding
             return self._timed(check, finding, started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
