@@ -126,7 +126,7 @@ def lassos(document: Document) -> dict[str, bool]:
 
 def returning(circuit: Circuit, signals: Sequence[Literal]) -> Circuit:
     """Return the circuit that is asked whether a run keeps a state, sees all signals, and is there again."""
-    graph = Graph(list(circuit.fanins), list(circuit.inputs), [(each.node, each.initial) for each in circuit.latches])
+    graph = Graph(circuit.fanins.copy(), list(circuit.inputs), [(each.node, each.initial) for each in circuit.latches])
     following = [each.next for each in circuit.latches]
 
     def latch(after: Callable[[Literal], Literal]) -> Literal:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from exover.engines.aig.aiger import Document, Names
-from exover.engines.aig.graph import Circuit, LatchNode, Literal
+from exover.engines.aig.graph import TRUE, Circuit, Fanin, Fanins, LatchNode, Literal
 
 KINDS = "ilbjf"
 """What a line of the symbol table names: input, latch, bad, justice, fairness."""
@@ -137,7 +137,7 @@ class _Placed:
             if mine & 1 or mine >> 1 in self._nodes:
                 raise NoAiger(f"the literal {mine} is defined twice")
             self._nodes[mine >> 1] = len(self._nodes)
-        self._fanins: list[tuple[Literal, Literal] | None] = [None] * len(self._nodes)
+        self._fanins: list[Fanin] = [None] * len(self._nodes)
         if any(mine & 1 or mine >> 1 in self._nodes for mine in pairs):
             raise NoAiger("a conjunction is defined twice")
         self._place(pairs)
@@ -154,7 +154,8 @@ class _Placed:
             missing = [2 * (each >> 1) for each in (left, right) if each >> 1 not in self._nodes]
             if not missing:
                 self._nodes[mine >> 1] = len(self._fanins)
-                self._fanins.append((self.literal(left), self.literal(right)))
+                small, large = sorted((self.literal(left), self.literal(right)))
+                self._fanins.append((small, large or TRUE))
             elif mine in open_:
                 raise NoAiger("a conjunction depends on itself")
             else:
@@ -172,4 +173,4 @@ class _Placed:
             LatchNode(first + place, initial, self.literal(following))
             for place, (_, following, initial) in enumerate(self._latches)
         )
-        return Circuit(tuple(self._fanins), tuple(range(1, first)), latches, tuple(map(self.literal, bad)))
+        return Circuit(Fanins.of(self._fanins), tuple(range(1, first)), latches, tuple(map(self.literal, bad)))

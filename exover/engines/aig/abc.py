@@ -31,7 +31,7 @@ from exover.engines.aig.answer import (
     Unreachable,
     never,
 )
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Fanins, LatchNode
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
 from exover.engines.process import NotRunnable, run
@@ -83,7 +83,7 @@ def find(given: str | None = None) -> str:
 @cache
 def unusable(program: str) -> str:
     """Return why a program does not serve as ABC, "" if it does; it is asked once, about a latch that toggles."""
-    fanins = (None, None, None, (3, 4))
+    fanins = Fanins.of((None, None, None, (3, 4)))
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from exover.dataclass import dataclass
 from exover.engines.aig import aiger
 from exover.engines.aig.answer import Clause, Inputs
-from exover.engines.aig.graph import FALSE, Circuit, LatchNode, Literal, ordered
+from exover.engines.aig.graph import FALSE, Circuit, Fanins, LatchNode, Literal
 
 
 @dataclass(frozen=True)
@@ -31,17 +31,14 @@ class AbcQuestion:
         def literal(old: Literal) -> Literal:
             return old ^ (old >> 1 in flipped)
 
-        fanins: list[tuple[Literal, Literal] | None] = [None] * len(circuit.fanins)
-        for node, left, right in ordered(circuit, circuit.cone([*self.bad, *(each.next for each in circuit.latches)])):
+        count = len(circuit.fanins)
+        fanins = Fanins.of([None] * (count + 2))
+        cone = circuit.cone([*self.bad, *(each.next for each in circuit.latches)])
+        for node, left, right in circuit.fanins.conjunctions(cone):
             fanins[node] = literal(left), literal(right)
         latches = [LatchNode(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
-        idle = LatchNode(len(fanins) + 1, False, FALSE)
-        padded = Circuit(
-            (*fanins, None, None),
-            circuit.inputs or (len(fanins),),
-            tuple(latches) or (idle,),
-            tuple(map(literal, self.bad)),
-        )
+        idle = LatchNode(count + 1, False, FALSE)
+        padded = Circuit(fanins, circuit.inputs or (count,), tuple(latches) or (idle,), tuple(map(literal, self.bad)))
         names = aiger.Names(latches=tuple(f"l{place}" for place in range(len(padded.latches))))
         return aiger.binary(aiger.Document(padded, names=names))
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from exover.dataclass import dataclass
-from exover.engines.aig.graph import Circuit, Literal, ordered
+from exover.engines.aig.graph import Circuit, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def _numbered(document: Document) -> _Numbered:
     def literal(old: Literal) -> Literal:
         return 2 * number[old >> 1] + (old & 1)
 
-    for node, left, right in ordered(circuit, circuit.cone(roots)):
+    for node, left, right in circuit.fanins.conjunctions(circuit.cone(roots)):
         one, other = literal(left), literal(right)
         pairs.append((max(one, other), min(one, other)))
         number[node] = len(number)

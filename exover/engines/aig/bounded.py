@@ -5,7 +5,7 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 
@@ -27,8 +27,9 @@ class Unrolling:
     def __post_init__(self) -> None:
         self._latches = self.circuit.support(self.circuit.bad)
         nodes = self.circuit.cone([*self.circuit.bad, *(latch.next for latch in self._latches)])
-        self._conjunctions = list(ordered(self.circuit, nodes))
-        self._inputs = [node for node in self.circuit.inputs if node in nodes]
+        self._conjunctions = list(self.circuit.fanins.conjunctions(nodes))
+        inputs = set(self.circuit.inputs)
+        self._inputs = [node for node in nodes if node in inputs]
         start = {latch.node: TRUE if latch.initial else FALSE for latch in self._latches}
         self.state = start if self.begun is None else self.begun
 

@@ -5,10 +5,10 @@ A node is a function of up to `LEAVES` others, its leaves: nodes used only in be
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.graph import Circuit, Fanins, Literal
 
 LEAVES = 5
 """The greatest number of leaves of a node."""
@@ -18,32 +18,30 @@ Product = tuple[int, ...]
 """A conjunction or disjunction of leaves: the place of each plus one, negated where the leaf is false."""
 NodeClauses = tuple[tuple[int, ...], tuple[Product, ...]]
 """The leaves of a node, and its clauses over the leaves and, as the variable after them, the node."""
-Fanins = tuple[tuple[Literal, Literal] | None, ...]
 
 
 class Cnf:
     """The clauses of the nodes of a circuit; it may grow if it has no bad literals."""
 
     def __init__(self, circuit: Circuit) -> None:
-        self._fanins: Fanins = ()
+        self._fanins = Fanins()
         self._uses: Counter[int] = Counter()
         """How many conjunctions, latches and questions a node is used by."""
         self._gates: dict[int, NodeClauses] = {}
         if circuit.bad:
             roots = (*circuit.bad, *(latch.next for latch in circuit.latches))
             self._uses.update(literal >> 1 for literal in roots)
-            self._count(circuit.fanins[node] for node in circuit.cone(roots))
+            gates = circuit.fanins.conjunctions(circuit.cone(roots))
+            self._uses.update([node for _, left, right in gates for node in (left >> 1, right >> 1)])
             self._fanins = circuit.fanins
         else:
             self.grow(circuit)
 
     def grow(self, circuit: Circuit) -> None:
         """Continue with a circuit that has the same nodes and further ones."""
-        self._count(circuit.fanins[len(self._fanins) :])
+        new = circuit.fanins.packed[len(self._fanins.packed) :]
+        self._uses.update([literal >> 1 for literal in new if literal])
         self._fanins = circuit.fanins
-
-    def _count(self, pairs: Iterable[tuple[Literal, Literal] | None]) -> None:
-        self._uses.update([literal >> 1 for pair in pairs if pair is not None for literal in pair])
 
     def gate(self, node: int) -> NodeClauses | None:
         """Return the leaves of a conjunction and the clauses that define it; None: the node is no conjunction."""
@@ -65,13 +63,13 @@ class Cnf:
 
         Also those that were replaced, each before those that took its place.
         """
-        fanins, uses, inner = self._fanins, self._uses, list[int]()
+        packed, uses, inner = self._fanins.packed, self._uses, list[int]()
         while True:
             best: list[int] | None = None
             for leaf in leaves:
-                pair = fanins[leaf]
-                if pair is not None and uses[leaf] == 1:
-                    more = [each >> 1 for each in pair if each >> 1 not in leaves]
+                left, right = packed[2 * leaf], packed[2 * leaf + 1]
+                if right and uses[leaf] == 1:
+                    more = [each for each in (left >> 1, right >> 1) if each not in leaves]
                     if best is None or len(more) < len(best) - 1:
                         best = [leaf, *more]
             if best is None or len(leaves) + len(best) - 2 > LEAVES:

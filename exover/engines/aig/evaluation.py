@@ -1,6 +1,5 @@
 """The values of a circuit in many lanes at once: level by level in Python, or by a loop in C."""
 
-import ctypes
 from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import repeat
@@ -8,13 +7,11 @@ from operator import and_, itemgetter, or_, xor
 from typing import Any, Protocol
 
 from exover.dataclass import dataclass
-from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
-from exover.engines.aig.kernel import Kernel, kernel
+from exover.engines.aig.graph import Circuit, LatchNode, Literal
+from exover.engines.aig.kernel import Kernel, address, held, kernel_for
 from exover.engines.aig.lanes import LaneState, LaneWord, PackedState
 
 NOTHING: Mapping[int, LaneWord] = {}
-WORTH = 1000
-"""The number of nodes from which on a cone is evaluated in C."""
 Fetch = Callable[[Sequence[LaneWord]], Iterable[LaneWord]]
 """Returns the operands of a batch of conjunctions among the values so far."""
 ConeValues = Any
@@ -96,16 +93,18 @@ class LevelEvaluator:
 
 @dataclass(frozen=True, slots=True)
 class NativeEvaluator:
-    """Evaluates by a loop in C. `leaves` and `places` as in `LevelEvaluator`; `operands`: two of 32 bits a conjunction.
+    """Evaluates by a loop in C. `leaves` as in `LevelEvaluator`; `operands`: two of 32 bits a conjunction.
 
-    The values stand side by side in memory, those of the latches first, so that a state is copied as it is. The last
-    bit of each is that of all lanes that no leaf names, so that as a signed number it is the value in infinitely many
-    lanes. `following`: an operand by latch, its value after the step; `order`: the place of each among the latches.
+    `places`: by node its place among the values, of which there are `count`. The values stand side by side in memory,
+    those of the latches first, so that a state is copied as it is. The last bit of each is that of all lanes that no
+    leaf names, so that as a signed number it is the value in infinitely many lanes. `following`: an operand by latch,
+    its value after the step; `order`: the place of each among the latches.
     """
 
     latches: tuple[LatchNode, ...]
     leaves: tuple[int, ...]
-    places: Mapping[int, int]
+    places: Sequence[int]
+    count: int
     operands: bytes
     following: bytes
     order: Mapping[int, int]
@@ -127,39 +126,37 @@ class NativeEvaluator:
         leaves = b"".join([words[0], begun, *words[1:]])
         memory = bytearray(len(leaves) + len(self.operands) // 8 * size)
         memory[: len(leaves)] = leaves
-        self.kernel.simulate(_held(memory), size // 8, 1 + len(self.leaves), len(self.operands) // 8, self.operands)
+        self.kernel.simulate(held(memory), size // 8, 1 + len(self.leaves), len(self.operands) // 8, self.operands)
         return memory
 
     def read(self, values: ConeValues, literal: Literal, lanes: LaneWord) -> LaneWord:
         """Return in which of the lanes a literal of the cone is true."""
-        size = len(values) // len(self.places)
+        size = len(values) // self.count
         start = self.places[literal >> 1] * size
         word = int.from_bytes(values[start : start + size], "little", signed=True)
         return (~word if literal & 1 else word) & lanes
 
     def somewhere(self, values: ConeValues, literals: Sequence[Literal], lanes: LaneWord) -> Sequence[int]:
         """Return which literals of the cone, by place, are true in some of the lanes."""
-        size = len(values) // len(self.places)
+        size = len(values) // self.count
         if _is_beyond(lanes, size):
             return [place for place, literal in enumerate(literals) if self.read(values, literal, lanes)]
         operands = _operands(literals, self.places)
         found = array("I", bytes(4 * len(operands)))
         mask = lanes.to_bytes(size, "little")
-        count = self.kernel.somewhere(
-            _held(values), size // 8, len(operands), operands.tobytes(), mask, found.buffer_info()[0]
-        )
+        count = self.kernel.somewhere(held(values), size // 8, len(operands), operands.tobytes(), mask, address(found))
         return found[:count]
 
     def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> "array[int]":
         """Return 64 bits that the values of each literal are mixed into."""
-        size, operands = len(values) // len(self.places), _operands(literals, self.places)
+        size, operands = len(values) // self.count, _operands(literals, self.places)
         found = array("Q", bytes(8 * len(operands)))
-        self.kernel.sign(_held(values), size // 8, len(operands), operands.tobytes(), found.buffer_info()[0])
+        self.kernel.sign(held(values), size // 8, len(operands), operands.tobytes(), address(found))
         return found
 
     def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step."""
-        size, count = len(values) // len(self.places), len(self.latches)
+        size, count = len(values) // self.count, len(self.latches)
         if _is_beyond(going, size):
             return {
                 latch.node: _taken(self.read(values, 2 * latch.node, -1), self.read(values, latch.next, going), going)
@@ -167,7 +164,7 @@ class NativeEvaluator:
             }
         following = bytearray(count * size)
         mask = going.to_bytes(size, "little")
-        self.kernel.follow(_held(values), size // 8, count, self.following, mask, _held(following))
+        self.kernel.follow(held(values), size // 8, count, self.following, mask, held(following))
         return PackedState(self.order, bytes(following), size)
 
 
@@ -181,23 +178,19 @@ def _is_beyond(lanes: LaneWord, size: int) -> bool:
     return lanes.bit_length() // 64 * 8 + 8 > size
 
 
-def _operands(literals: Iterable[Literal], places: Mapping[int, int]) -> "array[int]":
+def _operands(literals: Iterable[Literal], places: Sequence[int]) -> "array[int]":
     """Return literals as operands: twice the place of each among the values, plus one where it is complemented."""
     return array("I", [2 * places[literal >> 1] + (literal & 1) for literal in literals])
-
-
-def _held(memory: bytearray) -> "ctypes.Array[ctypes.c_char]":
-    """Return memory as C takes it."""
-    return (ctypes.c_char * len(memory)).from_buffer(memory)
 
 
 def evaluator(circuit: Circuit, roots: Iterable[Literal], latches: Sequence[LatchNode] = ()) -> Evaluator:
     """Return the evaluator of the cone of these literals, and of these latches after the step."""
     nodes = circuit.cone([*roots, *(latch.next for latch in latches)])
     known = {latch.node for latch in latches}
-    others = sorted(node for node in nodes - known if node and circuit.fanins[node] is None)
+    packed = circuit.fanins.packed
+    others = [node for node in nodes if not packed[2 * node + 1] and node and node not in known]
     leaves = (*(latch.node for latch in latches), *others)
-    native = kernel() if len(nodes) >= WORTH else None
+    native = kernel_for(len(nodes))
     if native is None:
         return _batches(circuit, tuple(latches), leaves, nodes)
     return _compiled(circuit, tuple(latches), leaves, nodes, native)
@@ -209,26 +202,27 @@ def whole_evaluator(circuit: Circuit) -> Evaluator:
 
 
 def _compiled(
-    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: set[int], native: Kernel
+    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: list[int], native: Kernel
 ) -> NativeEvaluator:
-    places = {node: place for place, node in enumerate((0, *leaves))}
-    operands = array("I")
-    for node, left, right in ordered(circuit, nodes):
-        operands.append(2 * places[left >> 1] + (left & 1))
-        operands.append(2 * places[right >> 1] + (right & 1))
-        places[node] = len(places)
+    fanins, first = circuit.fanins, 1 + len(leaves)
+    places, chosen = array("I", bytes(4 * len(fanins))), array("I", nodes)
+    for place, node in enumerate(leaves, 1):
+        places[node] = place
+    operands = array("I", bytes(8 * len(nodes)))
+    count = native.place(address(fanins.packed), len(nodes), address(chosen), first, address(places), address(operands))
+    del operands[2 * (count - first) :]
     following = _operands((latch.next for latch in latches), places)
     order = {latch.node: place for place, latch in enumerate(latches)}
-    return NativeEvaluator(latches, leaves, places, operands.tobytes(), following.tobytes(), order, native)
+    return NativeEvaluator(latches, leaves, places, count, operands.tobytes(), following.tobytes(), order, native)
 
 
 def _batches(
-    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: set[int]
+    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: list[int]
 ) -> LevelEvaluator:
     levels: dict[int, int] = dict.fromkeys((0, *leaves), 0)
     inverted = dict.fromkeys((0, *leaves), 0)
     groups: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
-    for node, left, right in ordered(circuit, nodes):
+    for node, left, right in circuit.fanins.conjunctions(nodes):
         levels[node] = level = 1 + max(levels[left >> 1], levels[right >> 1])
         signs = (left ^ inverted[left >> 1]) & 1, (right ^ inverted[right >> 1]) & 1
         inverted[node] = int(signs == (1, 1))

@@ -4,16 +4,75 @@ A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); 
 and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
 """
 
+from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import reduce
+from itertools import chain, compress
 from operator import or_
 
 from exover.dataclass import dataclass
+from exover.engines.aig.kernel import address, held, kernel_for
 
 FALSE, TRUE = 0, 1
 Literal = int
+Fanin = tuple[Literal, Literal] | None
+"""The two literals of a conjunction; None for the constant, inputs and latches."""
 WITHIN_A_STEP: Mapping[int, Literal] = {}
+
+
+@dataclass(slots=True)
+class Fanins:
+    """The fanins of nodes, by node.
+
+    `packed`: two literals of each node side by side in memory, as C reads them; both are `FALSE` for a node that is no
+    conjunction, and of a conjunction the second is not. Those of node `n` stand at `2 * n` and `2 * n + 1`: for a
+    literal, at the literal without its sign and at the literal with it.
+    """
+
+    packed: "array[int]" = field(default_factory=lambda: array("I"))
+
+    @classmethod
+    def of(cls, pairs: Iterable[Fanin]) -> "Fanins":
+        """Return the fanins of so many nodes."""
+        return cls(array("I", chain.from_iterable(pair or (FALSE, FALSE) for pair in pairs)))
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+        return len(self.packed) // 2
+
+    def __getitem__(self, node: int) -> Fanin:
+        right = self.packed[2 * node + 1]
+        return (self.packed[2 * node], right) if right else None
+
+    def __setitem__(self, node: int, pair: tuple[Literal, Literal]) -> None:
+        self.packed[2 * node], self.packed[2 * node + 1] = pair
+
+    def __iter__(self) -> Iterator[Fanin]:
+        return map(self.__getitem__, range(len(self)))
+
+    def is_leaf(self, node: int) -> bool:
+        """Return whether a node is no conjunction."""
+        return not self.packed[2 * node + 1]
+
+    def conjunctions(self, nodes: Iterable[int]) -> Iterator[tuple[int, Literal, Literal]]:
+        """Yield the conjunctions among nodes, in their order, each with its two literals."""
+        packed = self.packed
+        for node in nodes:
+            right = packed[2 * node + 1]
+            if right:
+                yield node, packed[2 * node], right
+
+    def copy(self) -> "Fanins":
+        """Return a copy: what is added to one is not in the other."""
+        return Fanins(self.packed[:])
+
+    def add(self, left: Literal = FALSE, right: Literal = FALSE) -> Literal:
+        """Add a node, and return its literal."""
+        made = len(self.packed)
+        self.packed.append(left)
+        self.packed.append(right)
+        return made
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,24 +88,42 @@ class LatchNode:
 class Circuit:
     """A transition system: in every state each choice of inputs leads to one next state.
 
-    `fanins`: by node the two literals of a conjunction, `None` for the constant, inputs and latches. `bad`: literals
-    over state and inputs; the question is, for each, whether some run from the start makes it true. Every run has a
-    step at any time: there are no constraints.
+    `bad`: literals over state and inputs; the question is, for each, whether some run from the start makes it true.
+    Every run has a step at any time: there are no constraints.
     """
 
-    fanins: tuple[tuple[Literal, Literal] | None, ...]
+    fanins: Fanins
     inputs: tuple[int, ...]
     latches: tuple[LatchNode, ...]
     bad: tuple[Literal, ...]
 
-    def cone(self, roots: Iterable[Literal]) -> set[int]:
-        """Return the nodes that literals depend on within one step, their own included."""
-        return cone(self.fanins, roots)
+    def cone(self, roots: Iterable[Literal]) -> list[int]:
+        """Return the nodes that literals depend on within one step, their own included, in ascending order."""
+        marked = self._marked(roots, ())
+        return sorted(cone(self.fanins, roots)) if marked is None else [*compress(range(len(marked)), marked)]
 
     def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
+        marked = self._marked(roots, self.latches)
+        if marked is not None:
+            return tuple(latch for latch in self.latches if marked[latch.node])
         seen = cone(self.fanins, roots, {latch.node: latch.next for latch in self.latches})
         return tuple(latch for latch in self.latches if latch.node in seen)
+
+    def _marked(self, roots: Iterable[Literal], followed: Sequence[LatchNode]) -> bytearray | None:
+        """Return by node whether literals depend on it, through these latches in any number of steps.
+
+        None if that is not done in C.
+        """
+        native = kernel_for(len(self.fanins))
+        if native is None:
+            return None
+        marked = bytearray(len(self.fanins))
+        for root in roots:
+            marked[root >> 1] = 1
+        latches = array("I", chain.from_iterable((latch.node, latch.next >> 1) for latch in followed))
+        native.mark(address(self.fanins.packed), len(marked), address(latches), len(followed), held(marked))
+        return marked
 
 
 class Influence:
@@ -76,7 +153,7 @@ class Influence:
 
 
 def cone(
-    fanins: Sequence[tuple[Literal, Literal] | None],
+    fanins: Fanins,
     roots: Iterable[Literal],
     following: Mapping[int, Literal] = WITHIN_A_STEP,
 ) -> set[int]:
@@ -102,7 +179,7 @@ def cone(
 class Graph:
     """A graph under construction; equal conjunctions are one node (structural hashing), constants are folded."""
 
-    fanins: list[tuple[Literal, Literal] | None] = field(default_factory=lambda: [None])
+    fanins: Fanins = field(default_factory=lambda: Fanins.of([None]))
     inputs: list[int] = field(default_factory=list)
     latches: list[tuple[int, bool]] = field(default_factory=list)
     """Nodes of latches, with their values at the start."""
@@ -110,19 +187,19 @@ class Graph:
 
     def copy(self) -> "Graph":
         """Return a copy: what is added to one is not in the other."""
-        return Graph(list(self.fanins), list(self.inputs), list(self.latches), dict(self._known))
+        return Graph(self.fanins.copy(), list(self.inputs), list(self.latches), dict(self._known))
 
     def input(self) -> Literal:
         """Return a new input."""
-        self.inputs.append(len(self.fanins))
-        self.fanins.append(None)
-        return 2 * self.inputs[-1]
+        made = self.fanins.add()
+        self.inputs.append(made >> 1)
+        return made
 
     def latch(self, initial: bool) -> Literal:
         """Return a new latch."""
-        self.latches.append((len(self.fanins), initial))
-        self.fanins.append(None)
-        return 2 * self.latches[-1][0]
+        made = self.fanins.add()
+        self.latches.append((made >> 1, initial))
+        return made
 
     def conjunction(self, left: Literal, right: Literal) -> Literal:
         """Return `left and right`, simplified by what the two are made of (Brummayer, Biere 2006, levels 1 and 2)."""
@@ -139,27 +216,27 @@ class Graph:
         if simpler is None:
             simpler = self._simplified(right, left)
         if simpler is None:
-            simpler = 2 * len(self.fanins)
-            self.fanins.append((left, right))
+            simpler = self.fanins.add(left, right)
         self._known[left, right] = simpler
         return simpler
 
     def _simplified(self, one: Literal, other: Literal) -> Literal | None:
         """Return `one and other` if what `one` is made of makes it simpler."""
-        pair = self.fanins[one >> 1]
-        if pair is None:
+        packed = self.fanins.packed
+        first, second = packed[one & ~1], packed[one | 1]
+        if not second:
             return None
-        first, second = pair
         if not one & 1:
-            if other in pair:
+            if other in (first, second):
                 return one
-            if other ^ 1 in pair:
+            if other ^ 1 in (first, second):
                 return FALSE
-            mine = self.fanins[other >> 1]
-            if mine is not None and not other & 1 and (first ^ 1 in mine or second ^ 1 in mine):
-                return FALSE
+            if not other & 1 and packed[other | 1]:
+                mine = packed[other], packed[other | 1]
+                if first ^ 1 in mine or second ^ 1 in mine:
+                    return FALSE
             return None
-        if other ^ 1 in pair:
+        if other ^ 1 in (first, second):
             return other
         if other == first:
             return self.conjunction(other, second ^ 1)
@@ -209,9 +286,9 @@ class Graph:
 
     def replace(self, circuit: Circuit) -> None:
         """Become the graph of a circuit with the same inputs and latches; structural hashing knows its cones only."""
-        self.fanins = list(circuit.fanins)
+        self.fanins = circuit.fanins.copy()
         nodes = circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)])
-        self._known = {(min(pair), max(pair)): 2 * node for node, *pair in ordered(circuit, nodes)}
+        self._known = {(min(pair), max(pair)): 2 * node for node, *pair in circuit.fanins.conjunctions(nodes)}
 
     def within_step(self) -> Circuit:
         """Return all nodes so far, for questions about one state and its step: what latches become is left out."""
@@ -221,12 +298,4 @@ class Graph:
         """Return the transition system whose latches, in order, become `following` by a step."""
         pairs = zip(self.latches, following, strict=True)
         latches = tuple(LatchNode(node, initial, literal) for (node, initial), literal in pairs)
-        return Circuit(tuple(self.fanins), tuple(self.inputs), latches, tuple(bad))
-
-
-def ordered(circuit: Circuit, nodes: set[int]) -> Iterator[tuple[int, Literal, Literal]]:
-    """Yield the conjunctions among nodes, each after what it is made of."""
-    for node in sorted(nodes):
-        pair = circuit.fanins[node]
-        if pair is not None:
-            yield node, *pair
+        return Circuit(self.fanins.copy(), tuple(self.inputs), latches, tuple(bad))

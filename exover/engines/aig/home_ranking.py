@@ -249,7 +249,7 @@ class _Ranking:
         graph, launches, allowed = self._graph, self._launches, self._allowed(case)
         larger = [launches.of(name, case.reported) for name in launches.required if name not in allowed]
         wanted = graph.any((launches.wrong(case.reported), *larger)) ^ 1
-        leaves = {x >> 1: 1 - (x & 1) for x in case.state if graph.fanins[x >> 1] is None}
+        leaves = {x >> 1: 1 - (x & 1) for x in case.state if graph.fanins.is_leaf(x >> 1)}
         constants = ({node: int(node in event) for node in self._home.encoding.graph.inputs} for event in case.events)
         good = [substituted(graph, [wanted], each | leaves)[0] for each in constants]
         return graph.all((*case.state, graph.any(good) ^ 1))

@@ -10,7 +10,7 @@ from dataclasses import replace
 from random import Random
 
 from exover.engines.aig.evaluation import ConeValues, evaluator
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal
 from exover.engines.aig.reached import Reached
 from exover.engines.aig.solver import Exhausted, Solver
 
@@ -33,7 +33,7 @@ def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> C
     kept = {latch.node for latch in latches}
     return replace(
         circuit,
-        fanins=tuple(sweep.fanins),
+        fanins=sweep.fanins,
         latches=tuple(
             replace(latch, next=sweep.now(latch.next)) if latch.node in kept else latch for latch in circuit.latches
         ),
@@ -46,7 +46,7 @@ class _Sweep:
 
     def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], roots: list[Literal], reached: Reached) -> None:
         self.circuit, self.latches = circuit, latches
-        self.fanins = list(circuit.fanins)
+        self.fanins = circuit.fanins.copy()
         self.is_now: dict[int, Literal] = {}
         self.random = Random(1)
         self.solver = Solver(circuit)
@@ -63,7 +63,7 @@ class _Sweep:
             bits = reached.words[2 * latch.node].to_bytes(reached.size // 8 + 1, "little")
             leaves[latch.node] = sum((bits[at >> 3] >> (at & 7) & 1) << lane for lane, at in enumerate(chosen))
         values = self.cone.values(leaves)
-        cone = sorted({0} | circuit.cone(roots))
+        cone = circuit.cone([FALSE, *roots])
         self.sign = {node: self.cone.read(values, 2 * node, self.everywhere) & 1 for node in cone}
         self._split([cone], values)
 
@@ -71,13 +71,13 @@ class _Sweep:
         """Return what a literal is in the smaller circuit."""
         return self.is_now.get(literal >> 1, literal & ~1) ^ (literal & 1)
 
-    def run(self, nodes: set[int], granted: int) -> None:
+    def run(self, nodes: Sequence[int], granted: int) -> None:
         """Merge each node, in topological order, with an equal node or literal before it."""
         known: dict[tuple[Literal, Literal], Literal] = {}
-        for node in sorted(nodes):
-            if self.circuit.fanins[node] is None and node:
+        for node in nodes:
+            if node and self.circuit.fanins.is_leaf(node):
                 self._merge(node, granted)
-        for node, left, right in ordered(self.circuit, nodes):
+        for node, left, right in self.circuit.fanins.conjunctions(nodes):
             one, other = self.now(left), self.now(right)
             pair = min(one, other), max(one, other)
             same = _folded(*pair)

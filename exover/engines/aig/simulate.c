@@ -1,6 +1,47 @@
-/* Many runs of an And-Inverter Graph at once: a signal is `width` words, a bit for each run. */
+/* Inner loops over And-Inverter Graphs. Of a node there are two literals, both 0 if it is no conjunction; a literal is
+   twice a node before it, plus one where that is complemented. */
 #include <stddef.h>
 #include <stdint.h>
+
+/* Marks the nodes that marked ones depend on: within a step, and in any number of steps through the latches given, of
+   each its node and the node of what it is after a step. */
+void mark(const uint32_t *literals, size_t count, const uint32_t *latches, size_t followed, uint8_t *restrict marked)
+{
+    int more = 1;
+    while (more) {
+        for (size_t node = count; node-- > 0;) {
+            if (marked[node] && literals[2 * node + 1]) {
+                marked[literals[2 * node] >> 1] = marked[literals[2 * node + 1] >> 1] = 1;
+            }
+        }
+        more = 0;
+        for (size_t latch = 0; latch < followed; latch++) {
+            if (marked[latches[2 * latch]] && !marked[latches[2 * latch + 1]]) {
+                marked[latches[2 * latch + 1]] = 1;
+                more = 1;
+            }
+        }
+    }
+}
+
+/* Gives each conjunction among `count` nodes, in their order, the next place from `next` on, and writes its operands:
+   of its two literals twice the places of their nodes, plus one where they are complemented. Returns the place after
+   the last. */
+size_t place(const uint32_t *literals, size_t count, const uint32_t *nodes, size_t next, uint32_t *restrict places,
+           uint32_t *restrict operands)
+{
+    for (size_t at = 0; at < count; at++) {
+        const uint32_t *pair = literals + 2 * (size_t)nodes[at];
+        if (pair[1]) {
+            *operands++ = 2 * places[pair[0] >> 1] + (pair[0] & 1);
+            *operands++ = 2 * places[pair[1] >> 1] + (pair[1] & 1);
+            places[nodes[at]] = (uint32_t)next++;
+        }
+    }
+    return next;
+}
+
+/* In the functions below many runs go on at once: a signal is `width` words, a bit for each run. */
 
 /* Writes the values of `count` conjunctions behind those of the first `known` signals. Of each conjunction there are
    two operands: twice the place of a signal before it, plus one where that is complemented. */

@@ -10,7 +10,7 @@ from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Unreachable
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
 from exover.engines.aig.inductive import Induction
 
 
@@ -42,22 +42,17 @@ def strengthened(circuit: Circuit, known: Sequence[Clause]) -> Strengthened:
     """Return a circuit strengthened by clauses that are an invariant of it; without clauses the circuit itself."""
     if not known:
         return Strengthened(circuit, (), len(circuit.fanins))
-    fanins = [*circuit.fanins, None]
-    left = len(circuit.fanins)
-
-    def conjunction(one: Literal, other: Literal) -> Literal:
-        fanins.append((one, other))
-        return 2 * (len(fanins) - 1)
-
-    inside = 2 * left + 1
+    fanins = circuit.fanins.copy()
+    inside = fanins.add() ^ 1
     for clause in known:
         violated = TRUE
         for literal in clause:
-            violated = conjunction(violated, literal ^ 1)
-        inside = conjunction(inside, violated ^ 1)
-    bad = tuple(each if each in (FALSE, TRUE) else conjunction(each, inside) for each in circuit.bad)
+            violated = fanins.add(violated, literal ^ 1)
+        inside = fanins.add(inside, violated ^ 1)
+    bad = tuple(each if each in (FALSE, TRUE) else fanins.add(each, inside) for each in circuit.bad)
+    left = len(circuit.fanins)
     latches = (*circuit.latches, LatchNode(left, False, inside ^ 1))
-    return Strengthened(replace(circuit, fanins=tuple(fanins), latches=latches, bad=bad), tuple(known), left)
+    return Strengthened(replace(circuit, fanins=fanins, latches=latches, bad=bad), tuple(known), left)
 
 
 @dataclass

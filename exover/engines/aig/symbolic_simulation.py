@@ -8,7 +8,7 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, cone, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, cone
 
 Symbolic = Mapping[int, Literal]
 """A symbolic state: by node of a latch its literal."""
@@ -32,7 +32,7 @@ class SymbolicSimulation:
         support = self.circuit.support(self.watched)
         self._latches = [latch for latch in self.circuit.latches if latch in set(support)]
         nodes = self.circuit.cone([*self.watched, *(latch.next for latch in self._latches)])
-        self._conjunctions = list(ordered(self.circuit, nodes))
+        self._conjunctions = list(self.circuit.fanins.conjunctions(nodes))
         self._inputs = set(self.circuit.inputs)
 
     def seen(self, run: Inputs) -> list[Literal]:

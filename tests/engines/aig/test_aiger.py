@@ -8,7 +8,7 @@ import pytest
 
 from exover.engines.aig import aiger
 from exover.engines.aig.aiger import Document, Names, binary, text
-from exover.engines.aig.graph import Circuit, Graph, LatchNode
+from exover.engines.aig.graph import Circuit, Fanins, Graph, LatchNode
 from exover.engines.process import run
 from tests.support.abc import needs_abc
 from tests.support.aiger_reader import NoAiger, read
@@ -49,7 +49,7 @@ def test_the_bytes_are_those_of_the_format() -> None:
 
 def test_differences_of_many_digits() -> None:
     circuit = counter(14, 9000, 8191)
-    padded = replace(circuit, fanins=(*circuit.fanins, *[None] * 20_000))
+    padded = replace(circuit, fanins=Fanins.of([*circuit.fanins, *[None] * 20_000]))
     inputs = (*circuit.inputs, *range(len(circuit.fanins), len(padded.fanins)))
     document = Document(replace(padded, inputs=inputs))
     assert read(binary(document)) == read(text(document))

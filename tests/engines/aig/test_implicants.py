@@ -25,7 +25,7 @@ def undecided(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callab
 def graph_of(circuit: Circuit) -> Graph:
     known = {pair: 2 * node for node, pair in enumerate(circuit.fanins) if pair is not None}
     latches = [(latch.node, latch.initial) for latch in circuit.latches]
-    return Graph(list(circuit.fanins), list(circuit.inputs), latches, known)
+    return Graph(circuit.fanins.copy(), list(circuit.inputs), latches, known)
 
 
 def random_kinds(seed: int, graph: Graph) -> list[StatesOfKind]:

@@ -6,7 +6,6 @@ from threading import active_count as threads
 
 import pytest
 
-from exover.engines.aig import evaluation
 from exover.engines.aig import kernel as compiled
 from exover.engines.aig.answer import Reachable
 from exover.engines.aig.evaluation import LevelEvaluator, NativeEvaluator, evaluator
@@ -81,7 +80,7 @@ def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pyt
     circuit = random_circuit(seed, gates=60)
     roots = [*circuit.bad, *(bad ^ 1 for bad in circuit.bad), FALSE, TRUE]
     plain = evaluator(circuit, roots, circuit.latches)
-    monkeypatch.setattr(evaluation, "WORTH", 0)
+    monkeypatch.setattr(compiled, "WORTH", 0)
     fast = evaluator(circuit, roots, circuit.latches)
     if compiled.kernel() is None:
         pytest.skip("no C compiler")
@@ -109,7 +108,7 @@ def test_the_loop_in_c_comes_to_the_same_states(seed: int, lanes: int, monkeypat
     """Of many steps, which some lanes do not take; lanes that no input has named before come in late."""
     circuit = random_circuit(seed, gates=60)
     plain = evaluator(circuit, circuit.bad, circuit.latches)
-    monkeypatch.setattr(evaluation, "WORTH", 0)
+    monkeypatch.setattr(compiled, "WORTH", 0)
     fast = evaluator(circuit, circuit.bad, circuit.latches)
     if compiled.kernel() is None:
         pytest.skip("no C compiler")
@@ -132,7 +131,7 @@ def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch
     def find() -> list[str]:
         raise NativeUnavailable("none")
 
-    monkeypatch.setattr(evaluation, "WORTH", 0)
+    monkeypatch.setattr(compiled, "WORTH", 0)
     monkeypatch.setattr(compiled, "find_compiler", find)
     compiled.kernel.cache_clear()
     try:
