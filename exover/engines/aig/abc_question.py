@@ -32,7 +32,7 @@ class AbcQuestion:
             return old ^ (old >> 1 in flipped)
 
         count = len(circuit.fanins)
-        fanins = Fanins.of([None] * (count + 2))
+        fanins = Fanins.leaves(count + 2)
         cone = circuit.cone([*self.bad, *(each.next for each in circuit.latches)])
         for node, left, right in circuit.fanins.conjunctions(cone):
             fanins[node] = literal(left), literal(right)

@@ -5,8 +5,9 @@ A node is a function of up to `LEAVES` others, its leaves: nodes used only in be
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
+from operator import itemgetter
 
 from exover.engines.aig.graph import Circuit, Fanins, Literal
 
@@ -16,8 +17,15 @@ VARIABLES = tuple(sum(1 << row for row in range(1 << LEAVES) if row >> place & 1
 """The truth tables of the leaves: bit `r` is the value in row `r`."""
 Product = tuple[int, ...]
 """A conjunction or disjunction of leaves: the place of each plus one, negated where the leaf is false."""
-NodeClauses = tuple[tuple[int, ...], tuple[Product, ...]]
-"""The leaves of a node, and its clauses over the leaves and, as the variable after them, the node."""
+Pick = Callable[[Sequence[int]], Sequence[int]]
+"""Picks a clause from what `signed` returns of the variables of leaves and, after them, of their node."""
+NodeClauses = tuple[tuple[int, ...], tuple[Pick, ...]]
+"""The leaves of a node, and the clauses that define it over them."""
+
+
+def signed(variables: Sequence[int]) -> list[int]:
+    """Return literals of variables: that of place `p`, from 1 on, stands at `p`, its negation at `-p`."""
+    return [0, *variables, *[-each for each in reversed(variables)]]
 
 
 class Cnf:
@@ -88,19 +96,24 @@ class Cnf:
 
 
 @cache
-def _conjunction(first: int, second: int) -> tuple[Product, ...]:
+def _conjunction(first: int, second: int) -> tuple[Pick, ...]:
     """Return clauses that define a node as the conjunction of two leaves, each complemented if its argument is 1."""
     return _clauses((VARIABLES[0] ^ -first) & (VARIABLES[1] ^ -second) & 15, 2)
 
 
 @cache
-def _clauses(table: int, count: int) -> tuple[Product, ...]:
+def _clauses(table: int, count: int) -> tuple[Pick, ...]:
     """Return clauses that define a node by its truth table over so many leaves."""
     ones = (1 << (1 << count)) - 1
     node = count + 1
     found = [(*(-each for each in cube), node) for cube in _cover(table, table, count)[0]]
     found += [(*(-each for each in cube), -node) for cube in _cover(ones ^ table, ones ^ table, count)[0]]
-    return tuple(found)
+    return tuple(map(_pick, found))
+
+
+def _pick(clause: Product) -> Pick:
+    """Return what picks a clause by the places of its literals."""
+    return itemgetter(*clause) if len(clause) > 1 else itemgetter(slice(clause[0], clause[0] + 1 or None))
 
 
 @cache

@@ -17,7 +17,7 @@ from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.coverage import CoverageGoals, ModeCoverage, PairCoverage, value_pairs
 from exover.engines.aig.evaluation import ConeValues, Evaluator, evaluator
 from exover.engines.aig.graph import Circuit, LatchNode
-from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, initial, lowest, side_by_side
+from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, initial, lowest, packed, side_by_side
 from exover.engines.aig.simulation import Stimulus
 
 LANES = 1024
@@ -176,8 +176,9 @@ class Exploration:
         state: LaneState = self._dealt(seeds)
         inputs: list[Mapping[int, LaneWord]] = []
         for step in range(STEPS):
-            inputs.append(self.stimulus(number * STEPS + step, state))
-            values = self._cone.values(state, inputs[-1])
+            given = self.stimulus(number * STEPS + step, state)
+            inputs.append(packed(given, self.lanes))
+            values = self._cone.values(state, given)
             for index, seen in self._seen(values, self._everywhere):
                 self.found[index] = Reachable(_run(begun, inputs, lowest(seen)))
             state = self._cone.after(values, self._everywhere)

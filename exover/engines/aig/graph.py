@@ -37,6 +37,12 @@ class Fanins:
         """Return the fanins of so many nodes."""
         return cls(array("I", chain.from_iterable(pair or (FALSE, FALSE) for pair in pairs)))
 
+    @classmethod
+    def leaves(cls, count: int) -> "Fanins":
+        """Return the fanins of so many nodes that are no conjunctions."""
+        made = array("I", [FALSE])
+        return cls(made * (2 * count))
+
     def __len__(self) -> int:
         """Return the number of nodes."""
         return len(self.packed) // 2
@@ -179,7 +185,7 @@ def cone(
 class Graph:
     """A graph under construction; equal conjunctions are one node (structural hashing), constants are folded."""
 
-    fanins: Fanins = field(default_factory=lambda: Fanins.of([None]))
+    fanins: Fanins = field(default_factory=lambda: Fanins.leaves(1))
     inputs: list[int] = field(default_factory=list)
     latches: list[tuple[int, bool]] = field(default_factory=list)
     """Nodes of latches, with their values at the start."""
@@ -216,7 +222,9 @@ class Graph:
         if simpler is None:
             simpler = self._simplified(right, left)
         if simpler is None:
-            simpler = self.fanins.add(left, right)
+            packed = self.fanins.packed
+            simpler = len(packed)
+            packed.extend((left, right))
         self._known[left, right] = simpler
         return simpler
 

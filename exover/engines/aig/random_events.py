@@ -58,6 +58,7 @@ class RandomEvents:
         """Return the inputs of a step with random values; `kinds`: by lane the number of its kind of event."""
         lanes = len(kinds)
         words = {node: self.source.getrandbits(lanes) for node in self._given}
-        for bit, node in enumerate(self.encoding.code):
-            words[node] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(kinds)), 2)
+        digits = [f"{kind:0{len(self.encoding.code)}b}" for kind in reversed(kinds)]
+        for node, column in zip(reversed(self.encoding.code), zip(*digits, strict=True), strict=True):
+            words[node] = int("".join(column), 2)
         return words

@@ -16,7 +16,17 @@ from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit, Influence, LatchNode, Literal
 from exover.engines.aig.k_liveness import Staying
-from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest, numbers
+from exover.engines.aig.lanes import (
+    LaneState,
+    LaneWord,
+    PackedState,
+    at_lane,
+    differing,
+    initial,
+    lowest,
+    numbers,
+    packed,
+)
 from exover.engines.aig.random_events import RandomEvents
 from exover.model.lasso import Lasso
 
@@ -142,7 +152,7 @@ class RandomLassos:
         self.lanes = len(self.owners)
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
         self.state = state_of(machine.latches, self.begun)
-        self.taken: list[tuple[LaneWords, LaneWord]] = []
+        self.taken: list[tuple[PackedState, LaneWord]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals, by index, that some step of its runs does not make true."""
         self._ends: dict[int, tuple[int, int]] = {}
@@ -186,7 +196,7 @@ class RandomLassos:
                 seen[signal] |= word
                 missed[signal] |= word ^ steps
             self.state = cone.after(values, steps)
-            self.taken.append((words, steps))
+            self.taken.append((packed(words, self.lanes), steps))
             moved |= steps
         fair = 0
         for index, mine in self.mine.items():

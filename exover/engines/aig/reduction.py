@@ -7,6 +7,7 @@ and nodes keep their numbers: runs and invariants of the smaller circuit are tho
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import itemgetter
 from random import Random
 
 from exover.engines.aig.evaluation import ConeValues, evaluator
@@ -59,9 +60,10 @@ class _Sweep:
         """By node 1 if its complement is like the others of its class, else 0."""
         chosen = self.random.choices(range(reached.size), k=LANES)
         leaves = {node: self.random.getrandbits(LANES) for node in circuit.inputs}
+        at_chosen = itemgetter(*(reached.size - 1 - at for at in reversed(chosen)))
         for latch in latches:
-            bits = reached.words[2 * latch.node].to_bytes(reached.size // 8 + 1, "little")
-            leaves[latch.node] = sum((bits[at >> 3] >> (at & 7) & 1) << lane for lane, at in enumerate(chosen))
+            digits = f"{reached.words[2 * latch.node]:0{reached.size}b}"
+            leaves[latch.node] = int("".join(at_chosen(digits)), 2)
         values = self.cone.values(leaves)
         cone = circuit.cone([FALSE, *roots])
         self.sign = {node: self.cone.read(values, 2 * node, self.everywhere) & 1 for node in cone}
@@ -140,10 +142,11 @@ class _Sweep:
     def _refine(self) -> None:
         """Split the classes by simulation of the counterexamples, and of states near them."""
         share = LANES // len(self.different)
+        far = self.everywhere & ~sum(1 << share * at for at in range(len(self.different)))
         leaves = {}
         for node in (*self.circuit.inputs, *(latch.node for latch in self.latches)):
             word = sum(((1 << share) - 1) << share * at for at, true in enumerate(self.different) if node in true)
-            flips = self.everywhere & ~sum(1 << share * at for at in range(len(self.different)))
+            flips = far
             for _ in range(4):
                 flips &= self.random.getrandbits(LANES)
             leaves[node] = word ^ flips

@@ -1,8 +1,9 @@
 """An incremental SAT solver for one step of a circuit, which loads cones when they are asked for."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
-from exover.engines.aig.cnf import Cnf, NodeClauses
+from exover.engines.aig.cnf import Cnf, NodeClauses, signed
 from exover.engines.aig.graph import Circuit, Literal
 
 
@@ -21,16 +22,18 @@ class Solver:
 
     def __init__(self, circuit: Circuit, cnf: Cnf | None = None) -> None:
         """Take a circuit; `cnf`: its clauses, if another solver has them already."""
+        import pysolvers
         from pysat.solvers import Minisat22
 
         self.cnf = cnf or Cnf(circuit)
         self.work = 0
         self.calls = 0
         self._solver = Minisat22()
+        self._add = partial(pysolvers.minisat22_add_cl, self._solver.minisat)
         self._variables = {0: 1}
         self._last = 1
         self._propagations = 0
-        self._solver.add_clause([-1])
+        self._add([-1])
 
     def literal(self, literal: Literal) -> int:
         """Return the solver's literal of a literal of the circuit, and load its cone."""
@@ -69,12 +72,10 @@ class Solver:
             if gate is not None:
                 fresh.append((node, gate))
                 waiting += gate[0]
-        add = self._solver.add_clause
         for node, (leaves, clauses) in fresh:
-            places = [*map(variables.__getitem__, leaves), variables[node]]
-            signed = [0, *places, *[-each for each in reversed(places)]]  # at a negated place the negated literal
-            for clause in clauses:
-                add([signed[each] for each in clause])
+            literals = signed([*map(variables.__getitem__, leaves), variables[node]])
+            for pick in clauses:
+                self._add(pick(literals))
 
     def fresh(self) -> int:
         """Return a new variable, on which there are no clauses."""
@@ -83,7 +84,7 @@ class Solver:
 
     def add(self, clause: Iterable[int]) -> None:
         """Add a clause of the solver's literals."""
-        self._solver.add_clause(list(clause))
+        self._add(list(clause))
 
     def satisfiable(self, assumptions: Sequence[int], granted: int | None = None) -> bool:
         """Return True iff all clauses and assumptions can be true; `Exhausted` after `granted` propagations."""

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from exover.engines.aig.cnf import LEAVES, Cnf
+from exover.engines.aig.cnf import LEAVES, Cnf, signed
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.solver import Solver
 from tests.support.circuits import random_circuit
@@ -32,11 +32,11 @@ def test_clauses_leave_a_node_just_its_value(seed: int) -> None:
         assert len(leaves) <= LEAVES
         for values in product((False, True), repeat=len(leaves)):
             wanted = value(circuit, node, dict(zip(leaves, values, strict=True)))
-            allowed = [
-                given
-                for given in (False, True)
-                if all(any((*values, given)[abs(each) - 1] == (each > 0) for each in clause) for clause in clauses)
-            ]
+            allowed = []
+            for given in (False, True):
+                literals = signed([1 if each else -1 for each in (*values, given)])
+                if all(max(pick(literals)) == 1 for pick in clauses):
+                    allowed.append(given)
             assert allowed == [wanted]
 
 

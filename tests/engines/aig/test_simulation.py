@@ -10,7 +10,7 @@ from exover.engines.aig import kernel as compiled
 from exover.engines.aig.answer import Reachable
 from exover.engines.aig.evaluation import LevelEvaluator, NativeEvaluator, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Graph
-from exover.engines.aig.lanes import PackedState, at_lane, initial
+from exover.engines.aig.lanes import PackedState, at_lane, initial, packed
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import random_words, simulate
 from exover.engines.compiler import NativeUnavailable
@@ -125,6 +125,15 @@ def test_the_loop_in_c_comes_to_the_same_states(seed: int, lanes: int, monkeypat
             assert at_lane(states[0], lane) == at_lane(states[1], lane)
         packed += isinstance(states[1], PackedState)
     assert packed > 10
+
+
+@pytest.mark.parametrize("lanes", [1, 7, 8, 9, 1000])
+def test_a_lane_of_packed_words_is_that_of_the_words(lanes: int) -> None:
+    source = Random(lanes)
+    words = {node: source.getrandbits(lanes) for node in source.sample(range(100), 30)}
+    side = packed(words, lanes)
+    assert dict(side) == words
+    assert [at_lane(side, lane) for lane in range(lanes)] == [at_lane(words, lane) for lane in range(lanes)]
 
 
 def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
