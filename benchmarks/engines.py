@@ -11,7 +11,7 @@ from pathlib import Path
 from benchmarks import dala, families
 from benchmarks.command import Checked, check
 from benchmarks.measure import ROOT, Row
-from exover.engines.aig import abc
+from exover.engines.aig.abc import prover
 from exover.engines.process import NotRunnable
 from exover.engines.smv import program
 
@@ -103,7 +103,7 @@ def coupled() -> Iterator[Row]:
 def best() -> tuple[str, ...]:
     """Return the options with which the command is as fast as it can be here."""
     try:
-        return (f"--abc={abc.find()}",)
+        return (f"--abc={prover.find()}",)
     except NotRunnable:
         return EMBEDDED
 

@@ -354,7 +354,7 @@ def diff(
     """
     from exover import __version__
     from exover.diff.compare import differences, judged
-    from exover.engines.aig.versions import ComparedLoops
+    from exover.engines.aig.encoding.versions import ComparedLoops
     from exover.limits import NO_LIMITS
     from exover.model.difference import Compared
     from exover.model.versions import Versions

@@ -71,10 +71,10 @@ def _package(name: str) -> str:
 
 
 def _abc() -> str:
-    from exover.engines.aig import abc
+    from exover.engines.aig.abc import prover
 
-    program = abc.find()
-    why = abc.unusable(program)
+    program = prover.find()
+    why = prover.unusable(program)
     if why:
         raise NotRunnable(why)
     return f"{_said([program, '-q', 'version'], 'ABC')} at {program}"

@@ -43,17 +43,17 @@ def portfolio(abc: str | None = None) -> Engines:
 
 def abc_of(given: str | None) -> str:
     """Return the program of Berkeley ABC; "" if it is not to be asked or, with a warning if it was named, unusable."""
-    from exover.engines.aig import abc
+    from exover.engines.aig.abc import prover
 
     if given == EMBEDDED:
         return ""
     try:
-        program = abc.find(given)
+        program = prover.find(given)
     except NotRunnable as reason:
         if given is not None:
             complain(f"exover: warning: ABC is not asked: {reason}")
         return ""
-    why = "" if given is None else abc.unusable(program)  # one that was found is tried when it is needed
+    why = "" if given is None else prover.unusable(program)  # one that was found is tried when it is needed
     if why:
         complain(f"exover: warning: ABC is not asked: {why}")
     return "" if why else program

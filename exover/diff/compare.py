@@ -5,10 +5,10 @@ from contextlib import suppress
 
 from exover.checks.finding import Finding
 from exover.diff.deeds import changes_of, done
-from exover.engines.aig.answer import Open
+from exover.engines.aig.circuit.answer import Open
 from exover.engines.aig.comparison import CommonRun, compare
-from exover.engines.aig.pair_concretize import Both
-from exover.engines.aig.versions import ComparedLoops
+from exover.engines.aig.encoding.pair_concretize import Both
+from exover.engines.aig.encoding.versions import ComparedLoops
 from exover.limits import NO_LIMITS, Limits
 from exover.loop.plain_runs import PlainRuns, plain_pair
 from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided

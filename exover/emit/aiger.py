@@ -5,11 +5,10 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.emit.artefact import Artefact
-from exover.engines.aig.aiger import Document, Names, binary
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Literal
-from exover.engines.aig.k_liveness import justice
-from exover.engines.aig.questions import (
+from exover.engines.aig.circuit.aiger import Document, Names, binary
+from exover.engines.aig.circuit.graph import Literal
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import (
     Beyond,
     CutOff,
     Either,
@@ -21,7 +20,8 @@ from exover.engines.aig.questions import (
     RunQuestion,
     questions_in,
 )
-from exover.engines.aig.tableau import staying
+from exover.engines.aig.liveness.k_liveness import justice
+from exover.engines.aig.liveness.tableau import staying
 from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Clause
-from exover.engines.aig.state import AllocatedRange, Latches
-from exover.engines.aig.words import Grid
+from exover.engines.aig.circuit.answer import Clause
+from exover.engines.aig.circuit.words import Grid
+from exover.engines.aig.encoding.state import AllocatedRange, Latches
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import numeral
 from exover.model.types import Bool, Real

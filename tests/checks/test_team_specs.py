@@ -21,7 +21,7 @@ from exover.checks.run import NOBODY, Audience, Nobody, check_all
 from exover.checks.schedule.engines import PORTFOLIO, Engines
 from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_properties, read_spec
-from exover.engines.aig import abc
+from exover.engines.aig.abc import prover
 from exover.engines.process import NotRunnable
 from exover.limits import limits_from
 from exover.model.semantics import Reference
@@ -59,7 +59,7 @@ class Asker(Nobody):
 def engines() -> Engines:
     """Return the engines that are asked by default here."""
     try:
-        return replace(PORTFOLIO, abc=abc.find())
+        return replace(PORTFOLIO, abc=prover.find())
     except NotRunnable:
         return PORTFOLIO
 

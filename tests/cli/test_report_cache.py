@@ -12,7 +12,7 @@ import pytest
 
 from exover.cli import check
 from exover.cli.report_cache import PROGRAMS
-from exover.engines.aig import abc
+from exover.engines.aig.abc import prover
 from exover.engines.compiler import COMPILERS
 from exover.engines.smv import program as nusmv
 from tests.cli.specs import written
@@ -64,7 +64,7 @@ def test_a_report_calls_the_spec_as_the_command_does(run, spec: Path, decided: l
 
 
 def test_all_programs_that_are_looked_for_are_among_those_that_a_report_depends_on() -> None:
-    assert set(PROGRAMS) == {*abc.NAMES, *nusmv.NAMES, *COMPILERS}
+    assert set(PROGRAMS) == {*prover.NAMES, *nusmv.NAMES, *COMPILERS}
 
 
 def test_another_compiler_is_asked_anew(run, spec: Path, decided: list[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,8 +18,8 @@ from exover.certificate.check import Checker
 from exover.certificate.table import decode
 from exover.cli.main import ExitGuard, main
 from exover.cli.signals import persistent_signals
-from exover.engines.aig.graph import Graph
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.circuit.graph import Graph
+from exover.engines.aig.circuit.solver import Solver
 from exover.engines.smt.solver import new_solver
 from tests.cli.specs import SPEC
 from tests.support.engines import model_of

@@ -5,7 +5,7 @@ from random import Random
 import pytest
 
 from exover.diff.compare import differences
-from exover.engines.aig.versions import ComparedLoops
+from exover.engines.aig.encoding.versions import ComparedLoops
 from exover.model.property import NO_PROPERTIES
 from exover.model.versions import Versions
 from tests.support.edits import FINITE, edited, enumerated

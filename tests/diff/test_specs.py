@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.changes import EDITS, edited
 from exover.diff.compare import differences
-from exover.engines.aig.versions import ComparedLoops
+from exover.engines.aig.encoding.versions import ComparedLoops
 from exover.model.event import Ask, Observe
 from exover.model.property import NO_PROPERTIES
 from exover.model.versions import Versions

@@ -8,11 +8,11 @@ import pytest
 from exover.checks.schedule.engines import DIAGRAMS
 from exover.checks.schedule.plan import CheckPlan
 from exover.cli.main import main
-from exover.engines.aig import abc
-from exover.engines.aig.aiger import Document
-from exover.engines.aig.answer import Answer, Reachable
-from exover.engines.aig.graph import Circuit, Graph, Literal
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.abc import prover
+from exover.engines.aig.circuit.aiger import Document
+from exover.engines.aig.circuit.answer import Answer, Reachable
+from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
+from exover.engines.aig.induction.pdr import decide
 from exover.engines.process import run
 from exover.pipeline import build, check, load, load_properties
 from exover.source import Source
@@ -62,7 +62,7 @@ def test_properties_are_asked(given: bool, tmp_path: Path) -> None:
 @needs_abc
 def test_abc_reads_it(tmp_path: Path) -> None:
     document = read(emitted(tmp_path))
-    printed = run([abc.find(), "-q", "read_aiger s.aig; print_stats"], tmp_path / "out", seconds=60).printed
+    printed = run([prover.find(), "-q", "read_aiger s.aig; print_stats"], tmp_path / "out", seconds=60).printed
     assert f"/{len(document.names.bad):5d}  lat ={len(document.circuit.latches):5d}" in printed
 
 
@@ -71,7 +71,7 @@ def test_what_abc_finds_is_what_the_checks_say(tmp_path: Path) -> None:
     (tmp_path / "s.prop").write_text(PROPERTIES)
     document = read(emitted(tmp_path))
     answers: dict[int, Answer] = {}
-    abc.decide(document.circuit, answers.__setitem__, 60, abc.find())
+    prover.decide(document.circuit, answers.__setitem__, 60, prover.find())
     names = document.names.bad
     reached = {name for place, name in enumerate(names) if isinstance(answers[place], Reachable)}
     assert "unsettled" not in reached

@@ -11,9 +11,9 @@ import pytest
 from exover.certificate.check import Checker
 from exover.certificate.table import Refused, decode
 from exover.certificate.verify import read, verify
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.state import AllocatedRange, Latches
-from exover.engines.aig.words import Grid
+from exover.engines.aig.circuit.words import Grid
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.state import AllocatedRange, Latches
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.model.state import State

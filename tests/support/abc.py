@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from exover.engines.aig.abc import find
+from exover.engines.aig.abc.prover import find
 from exover.engines.process import NotRunnable
 
 

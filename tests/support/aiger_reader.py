@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from exover.engines.aig.aiger import Document, Names
-from exover.engines.aig.graph import TRUE, Circuit, Fanin, Fanins, LatchNode, Literal
+from exover.engines.aig.circuit.aiger import Document, Names
+from exover.engines.aig.circuit.graph import TRUE, Circuit, Fanin, Fanins, LatchNode, Literal
 
 KINDS = "ilbjf"
 """What a line of the symbol table names: input, latch, bad, justice, fairness."""

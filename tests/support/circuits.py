@@ -3,8 +3,8 @@
 from itertools import product
 from random import Random
 
-from exover.engines.aig.answer import Answer, Reachable, Unreachable
-from exover.engines.aig.graph import Circuit, Graph, Literal
+from exover.engines.aig.circuit.answer import Answer, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
 
 
 def random_circuit(seed: int, latches: int = 6, inputs: int = 3, gates: int = 25, bad: int = 6) -> Circuit:

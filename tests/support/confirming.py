@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 from typing import assert_never
 
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.circuit.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Literal
 
 
 def confirms(circuit: Circuit, bad: Literal, answer: Answer) -> bool:

@@ -12,12 +12,12 @@ from fractions import Fraction
 from functools import cached_property
 from random import Random
 
-from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious
-from exover.engines.aig.encoder import EncodedEvent, Encoding
-from exover.engines.aig.evaluation import evaluator
-from exover.engines.aig.state import Given, number
-from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.words import as_word, lit
+from exover.engines.aig.circuit.words import as_word, lit
+from exover.engines.aig.encoding.concretize import Concretizer, LaneValues, Spurious
+from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
+from exover.engines.aig.encoding.state import Given, number
+from exover.engines.aig.simulation.evaluation import evaluator
+from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.loop.exact.events import event_of
 from exover.loop.exact.layout import resting_value
 from exover.model.evaluate import holds

@@ -2,9 +2,9 @@
 
 import pytest
 
-from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
-from exover.engines.aig.graph import FALSE, Graph
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.circuit.answer import Answer, Open, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import FALSE, Graph
+from exover.engines.aig.induction.pdr import decide
 from tests.support.circuits import counter, random_circuit
 from tests.support.confirming import confirms, is_invariant
 

@@ -11,18 +11,19 @@ from dataclasses import field, replace
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, Settled, Unreachable
-from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.coverage import CoverageGoals, coverage_goals
-from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.circuit.answer import Answer, Inductive, Inputs, Open, Reachable, Settled, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Literal
+from exover.engines.aig.encoding.concretize import Concretizer
+from exover.engines.aig.encoding.coverage_goals import coverage_goals
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import Reach
 from exover.engines.aig.evidence import INDUCTION, PROVED, Answered, Found, shown
-from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.induction.reached_bmc import RunSearch, runs_from
 from exover.engines.aig.portfolio import LONG, Portfolio
-from exover.engines.aig.questions import Reach
-from exover.engines.aig.reached_bmc import RunSearch, runs_from
-from exover.engines.aig.shorten import shorten
-from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.aig.simulation.coverage import CoverageGoals
+from exover.engines.aig.simulation.exploration import LANES, ROUNDS, Exploration, Seed
+from exover.engines.aig.simulation.shorten import shorten
+from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.engines.beside import SideTask, step_back_if_apart
 
 OPENING = 1, 2, 4, 8, ROUNDS

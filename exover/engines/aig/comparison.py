@@ -4,21 +4,21 @@ from collections.abc import Mapping
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.bounded import Shortest, shortest
-from exover.engines.aig.concretize import Spurious
+from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.circuit.bounded import Shortest, shortest
+from exover.engines.aig.circuit.graph import FALSE, Circuit, Literal
+from exover.engines.aig.circuit.solver import Exhausted, Solver
 from exover.engines.aig.differences import Differences
-from exover.engines.aig.encoder import PASSES
+from exover.engines.aig.encoding.concretize import Spurious
+from exover.engines.aig.encoding.encoder import PASSES
+from exover.engines.aig.encoding.pair_concretize import Both, PairConcretizer
+from exover.engines.aig.encoding.versions import ComparedLoops, VersionPair
 from exover.engines.aig.engine import BUDGET, UNSETTLED
 from exover.engines.aig.evidence import NOT_PROVED
-from exover.engines.aig.exploration import LANES, Exploration
-from exover.engines.aig.graph import FALSE, Circuit, Literal
-from exover.engines.aig.pair_concretize import Both, PairConcretizer
 from exover.engines.aig.portfolio import LONG, Portfolio, smaller
-from exover.engines.aig.shorten import shorten
-from exover.engines.aig.solver import Exhausted, Solver
-from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.versions import ComparedLoops, VersionPair
+from exover.engines.aig.simulation.exploration import LANES, Exploration
+from exover.engines.aig.simulation.shorten import shorten
+from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.limits import NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.difference import AnswerChange, changes

@@ -11,10 +11,10 @@ from functools import partial
 from exover.bounds.costs import Costs
 from exover.bounds.events import Bound, EventBounds, bounds
 from exover.dataclass import dataclass
-from exover.engines.aig.counting import CostObserver, CountingEncoding
-from exover.engines.aig.graph import TRUE, Literal
-from exover.engines.aig.solver import Exhausted, Solver
-from exover.engines.aig.words import lit
+from exover.engines.aig.circuit.graph import TRUE, Literal
+from exover.engines.aig.circuit.solver import Exhausted, Solver
+from exover.engines.aig.circuit.words import lit
+from exover.engines.aig.encoding.counting import CostObserver, CountingEncoding
 from exover.model.index import ModelIndex
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.aig.common_events import NEW, OLD, converted
-from exover.engines.aig.graph import FALSE, Literal
-from exover.engines.aig.versions import Version, VersionPair
-from exover.engines.aig.words import as_word, lit
+from exover.engines.aig.circuit.graph import FALSE, Literal
+from exover.engines.aig.circuit.words import as_word, lit
+from exover.engines.aig.encoding.common_events import NEW, OLD, converted
+from exover.engines.aig.encoding.versions import Version, VersionPair
 from exover.loop.exact.symbolic_state import Note
 from exover.loop.exact.term import Term
 from exover.model.difference import DEED_KINDS, AnswerChange, DeedKind

@@ -6,11 +6,11 @@ Redundancy is asked of a graph of its own, in which each decision is also made w
 from collections.abc import Callable, Sequence
 
 from exover.dataclass import dataclass
-from exover.engines.aig.encoder import PASSES, Encoding
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.circuit.kernel import compiled_beside
+from exover.engines.aig.encoding.encoder import PASSES, Encoding
 from exover.engines.aig.evidence import unproved
-from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry
-from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.beside import Beside

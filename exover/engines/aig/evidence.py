@@ -5,9 +5,9 @@ from dataclasses import field, replace
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.engines.aig.concretize import Spurious
-from exover.engines.aig.graph import FALSE
-from exover.engines.aig.questions import (
+from exover.engines.aig.circuit.graph import FALSE
+from exover.engines.aig.encoding.concretize import Spurious
+from exover.engines.aig.encoding.questions import (
     Beyond,
     CutOff,
     Either,

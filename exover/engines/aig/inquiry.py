@@ -12,15 +12,11 @@ from functools import cached_property
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, StopRequested, Unreachable
 from exover.engines.aig.bad_states import BadStates
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
-from exover.engines.aig.graph import FALSE, Circuit
-from exover.engines.aig.machine_closure import is_machine_closed, stranded
-from exover.engines.aig.portfolio import SHORT, Portfolio
-from exover.engines.aig.questions import (
+from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable, SayAnswer, StopRequested, Unreachable
+from exover.engines.aig.circuit.graph import FALSE, Circuit
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import (
     CutOff,
     LassoQuestion,
     Leaf,
@@ -29,7 +25,12 @@ from exover.engines.aig.questions import (
     RunQuestion,
     questions_in,
 )
+from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
+from exover.engines.aig.liveness import judging
+from exover.engines.aig.liveness.machine_closure import is_machine_closed, stranded
+from exover.engines.aig.portfolio import SHORT, Portfolio
 from exover.engines.aig.redundancy import changes
+from exover.engines.aig.ways import always_possible
 from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
 from exover.model.trace import Trace
@@ -169,11 +170,11 @@ class Inquiry:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget, stop)
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:
-            def said(index: int, answer: ways.WayAnswer) -> None:
+            def said(index: int, answer: always_possible.WayAnswer) -> None:
                 match answer:
-                    case ways.NeverCutOff():
+                    case always_possible.NeverCutOff():
                         found = Found(False, WAYS)
-                    case ways.ShownCutOff(inputs):
+                    case always_possible.ShownCutOff(inputs):
                         (trace,) = self.bad_states.concretizer.traces([inputs])
                         found = shown(trace)
                     case Open(reason):
@@ -183,7 +184,7 @@ class Inquiry:
                 tell([(asked[index], found)])
 
             if asked:
-                ways.judge_ways(encoding, asked, runs, solve, said, unroll=portfolio.unroll)
+                always_possible.judge_ways(encoding, asked, runs, solve, said, unroll=portfolio.unroll)
 
         return look
 
@@ -193,25 +194,25 @@ class Inquiry:
         return tuple(leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion))
 
     @cached_property
-    def _lassos(self) -> liveness.Judging:
+    def _lassos(self) -> judging.Judging:
         """Judges them: by random runs at any time, by proofs at last."""
-        return liveness.Judging(
+        return judging.Judging(
             self.encoding, self._infinite, self._asking_for_lassos(self.bad_states.portfolio), self._saying(self._heard)
         )
 
-    def _asking_for_lassos(self, portfolio: Portfolio) -> liveness.BudgetedDecide:
+    def _asking_for_lassos(self, portfolio: Portfolio) -> judging.BudgetedDecide:
         def decide(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
-            part = budget / liveness.WORK
+            part = budget / judging.WORK
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
         return decide
 
-    def _saying(self, tell: Callable[[Sequence[Answered]], None]) -> liveness.SayLasso:
-        def said(index: int, answer: liveness.LassoAnswer) -> None:
+    def _saying(self, tell: Callable[[Sequence[Answered]], None]) -> judging.SayLasso:
+        def said(index: int, answer: judging.LassoAnswer) -> None:
             match answer:
-                case liveness.NoLasso(method):
+                case judging.NoLasso(method):
                     found = Found(False, method)
-                case liveness.ShownLasso(trace):
+                case judging.ShownLasso(trace):
                     found = Found(True, WITNESS, trace)
                 case Open(reason):
                     found = Found(None, reason=reason)

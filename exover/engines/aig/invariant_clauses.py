@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Reachable, Unreachable
-from exover.engines.aig.encoder import PASSES, Encoding
-from exover.engines.aig.graph import FALSE, TRUE
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.circuit.answer import Answer, Clause, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import FALSE, TRUE
+from exover.engines.aig.encoding.encoder import PASSES, Encoding
+from exover.engines.aig.induction.pdr import decide
 from exover.model.property import Formula, Properties
 from exover.ocrd.compile import Compiled
 

@@ -1,6 +1,6 @@
 """How many passes of the checker settle every step of every run."""
 
-from exover.engines.aig.encoder import PASSES, Encoding
+from exover.engines.aig.encoding.encoder import PASSES, Encoding
 from exover.engines.aig.engine import BUDGET
 from exover.engines.aig.inquiry import Inquiry
 from exover.loop.claim import Opinion

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
-from exover.engines.aig import abc
-from exover.engines.aig.abc import BOTH, FIRST
-from exover.engines.aig.answer import (
+from exover.engines.aig.abc import prover
+from exover.engines.aig.abc.prover import BOTH, FIRST
+from exover.engines.aig.circuit.answer import (
     Answer,
     Inductive,
     Inputs,
@@ -18,15 +18,15 @@ from exover.engines.aig.answer import (
     Unreachable,
     never,
 )
-from exover.engines.aig.graph import Circuit
-from exover.engines.aig.mutual_induction import mutually_inductive
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.reached import reached
-from exover.engines.aig.reached_bmc import runs_from_start
-from exover.engines.aig.reduction import reduced
-from exover.engines.aig.simulation import Runs, simulate
-from exover.engines.aig.stimulus import Eventful, RandomStimulus, Stimulated
-from exover.engines.aig.strengthening import Lemmas, strengthened
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.induction.mutual_induction import mutually_inductive
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.induction.reached_bmc import runs_from_start
+from exover.engines.aig.induction.strengthening import Lemmas, strengthened
+from exover.engines.aig.simulation.reached import reached
+from exover.engines.aig.simulation.reduction import reduced
+from exover.engines.aig.simulation.runs import Runs, simulate
+from exover.engines.aig.simulation.stimulus import Eventful, RandomStimulus, Stimulated
 
 LONG, SHORT = 120.0, 30.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
@@ -121,7 +121,7 @@ class Portfolio:
                 del left[asked[place]]
                 self._learn(strong.answer(answer), asked[place], said)
 
-        abc.decide(strong.circuit, claimed, seconds, self.program, rounds, stop)
+        prover.decide(strong.circuit, claimed, seconds, self.program, rounds, stop)
         return list(left)
 
     def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:
@@ -147,7 +147,7 @@ class Portfolio:
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
         """Return short runs that make bad literals true, by index, as far as bounded model checking soon finds them."""
-        return abc.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)
+        return prover.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)
 
 
 def _asking(circuit: Circuit, asked: Sequence[int]) -> Circuit:

@@ -11,9 +11,9 @@ from dataclasses import field
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
-from exover.engines.aig.words import Words, lit
+from exover.engines.aig.circuit.graph import FALSE, TRUE, Graph, Literal
+from exover.engines.aig.circuit.words import Words, lit
+from exover.engines.aig.encoding.encoder import Encoding
 from exover.loop.exact.actions import Newcomer, TableActions
 from exover.loop.exact.conditions import Conditions
 from exover.loop.exact.layout import Layout

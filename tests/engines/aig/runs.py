@@ -1,10 +1,10 @@
 """Runs that get about, to begin with where a test asks no question that would show them."""
 
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.coverage import coverage_goals
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Exploration
-from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.encoding.coverage_goals import coverage_goals
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.simulation.exploration import Exploration
+from exover.engines.aig.simulation.stimulus import RandomStimulus
 
 
 def known_runs(encoding: Encoding) -> list[Inputs]:

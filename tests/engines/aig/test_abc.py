@@ -11,11 +11,11 @@ from time import monotonic, sleep
 
 import pytest
 
-from exover.engines.aig import abc
-from exover.engines.aig.abc import BOTH, FIRST
-from exover.engines.aig.answer import Answer, Clause, Open, Reachable, Unreachable
-from exover.engines.aig.graph import Circuit, Graph, Literal
-from exover.engines.aig.inductive import Induction
+from exover.engines.aig.abc import prover
+from exover.engines.aig.abc.prover import BOTH, FIRST
+from exover.engines.aig.circuit.answer import Answer, Clause, Open, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
+from exover.engines.aig.induction.inductive import Induction
 from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
@@ -50,7 +50,7 @@ def decided(circuit: Circuit, program: str, seconds: float = 60) -> dict[int, An
         found[place] = answer
         told[place] += 1
 
-    abc.decide(circuit, say, seconds, program)
+    prover.decide(circuit, say, seconds, program)
     assert told == dict.fromkeys(range(len(circuit.bad)), 1)
     return found
 
@@ -65,20 +65,20 @@ def fake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str
         program.chmod(0o755)
         return str(program)
 
-    monkeypatch.setattr(abc, "unusable", lambda program: "")
+    monkeypatch.setattr(prover, "unusable", lambda program: "")
     return write
 
 
 @needs_abc
 def test_the_program_that_is_found_is_usable() -> None:
-    assert abc.unusable(abc.find()) == ""
+    assert prover.unusable(prover.find()) == ""
 
 
 @needs_abc
 @pytest.mark.parametrize("seed", range(12))
 def test_verdicts_are_those_of_enumeration(seed: int) -> None:
     circuit = random_circuit(seed, latches=4 + seed % 4, inputs=1 + seed % 3)
-    answers = decided(circuit, abc.find())
+    answers = decided(circuit, prover.find())
     expected = reachable(circuit)
     assert verdicts(answers) == (expected, set(range(len(circuit.bad))) - expected)
     assert all(confirms(circuit, circuit.bad[place], answer) for place, answer in answers.items())
@@ -87,7 +87,7 @@ def test_verdicts_are_those_of_enumeration(seed: int) -> None:
 @needs_abc
 def test_an_invariant_of_several_clauses_and_a_run_of_many_steps() -> None:
     never, late = counter(6, 40, 41), counter(6, 40, 40)
-    unreachable, run = decided(never, abc.find())[0], decided(late, abc.find())[0]
+    unreachable, run = decided(never, prover.find())[0], decided(late, prover.find())[0]
     assert isinstance(unreachable, Unreachable) and confirms(never, never.bad[0], unreachable)
     assert isinstance(run, Reachable) and len(run.inputs) == 41 and confirms(late, late.bad[0], run)
 
@@ -97,11 +97,11 @@ def test_circuits_without_inputs_latches_or_conjunctions() -> None:
     graph = Graph()
     one, other = graph.latch(True), graph.latch(False)
     both = graph.conjunction(one, other)
-    assert verdicts(decided(graph.circuit([one ^ 1, one], [one, other, both]), abc.find())) == ({0, 1}, {2})
+    assert verdicts(decided(graph.circuit([one ^ 1, one], [one, other, both]), prover.find())) == ({0, 1}, {2})
     graph = Graph()
     left, right = graph.input(), graph.input()
     asked = [0, 1, left, graph.conjunction(left, right)]
-    answers = decided(graph.circuit([], asked), abc.find())
+    answers = decided(graph.circuit([], asked), prover.find())
     assert verdicts(answers) == ({1, 2, 3}, {0})
     assert all(confirms(graph.circuit([], asked), bad, answers[place]) for place, bad in enumerate(asked))
 
@@ -109,7 +109,7 @@ def test_circuits_without_inputs_latches_or_conjunctions() -> None:
 @needs_abc
 def test_equal_questions_have_equal_answers() -> None:
     circuit = random_circuit(3)
-    assert decided(circuit, abc.find()) == decided(circuit, abc.find())
+    assert decided(circuit, prover.find()) == decided(circuit, prover.find())
 
 
 @pytest.mark.parametrize(
@@ -124,10 +124,10 @@ def test_equal_questions_have_equal_answers() -> None:
         ("Path('runs.txt').write_text('# CEX for output 0\\n#\\n0\\n1101# DONE')", "wrote what cannot be read"),
         ("Path('invariant.pla').write_text('.ilb zero\\n1 1\\n')", "wrote what cannot be read: the name of a latch"),
         ("Path('invariant.pla').write_text('.ilb l77\\n1 1\\n')", "printed nothing"),
-        (PROOF.format("1"), abc.UNBELIEVED),
-        (PROOF.format("0"), abc.UNBELIEVED),
-        (CLAIM, abc.UNBELIEVED),
-        (CLAIM.replace("output 0", "output 5"), abc.UNBELIEVED),
+        (PROOF.format("1"), prover.UNBELIEVED),
+        (PROOF.format("0"), prover.UNBELIEVED),
+        (CLAIM, prover.UNBELIEVED),
+        (CLAIM.replace("output 0", "output 5"), prover.UNBELIEVED),
     ],
 )
 def test_what_is_not_shown_is_open(fake: Callable[[str], str], body: str, reason: str) -> None:
@@ -164,7 +164,7 @@ def test_what_is_not_claimed_to_be_proved_is_looked_at_with_a_limit(
     clauses = ".i 2\n.o 1\n.ilb l0 l1\n1- 1\n-1 1\n.e\n"
     program = fake(f"Path('invariant.pla').write_text({clauses!r}); print({chr(10).join(printed)!r})")
     answers = decided(graph.circuit(latches, latches), program)
-    assert limits == [[None if place in unlimited else abc.GUESS for place in range(2)]]
+    assert limits == [[None if place in unlimited else prover.GUESS for place in range(2)]]
     assert verdicts(answers) == (set(), {0, 1})
 
 
@@ -189,7 +189,7 @@ def test_what_is_left_open_is_asked_of_a_smaller_circuit_if_that_is_wanted(
     said: list[Answer] = []
     asked = tmp_path / "asked"
     program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
-    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, program, rounds)
+    prover.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, program, rounds)
     assert [type(each) for each in said] == [Open]
     assert ["&fraig" in script for script in asked.read_text().splitlines()] == reduced
 
@@ -200,7 +200,7 @@ def test_it_is_not_asked_again_when_it_is_to_stop(fake: Callable[[str], str], tm
     asked = tmp_path / "asked"
     program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
     circuit = counter(3, 5, 7)
-    abc.decide(circuit, lambda _, answer: said.append(answer), 60, program, BOTH, asked.exists)
+    prover.decide(circuit, lambda _, answer: said.append(answer), 60, program, BOTH, asked.exists)
     assert [type(each) for each in said] == [Open]
     assert len(asked.read_text().splitlines()) == 1
 
@@ -208,7 +208,7 @@ def test_it_is_not_asked_again_when_it_is_to_stop(fake: Callable[[str], str], tm
 def test_a_program_that_hangs_leaves_no_process(
     fake: Callable[[str], str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(abc, "SLACK", 1)
+    monkeypatch.setattr(prover, "SLACK", 1)
     started = monotonic()
     (answer,) = decided(counter(3, 5, 7), fake(HANG), 1).values()
     assert isinstance(answer, Open) and "took longer than" in answer.reason and monotonic() - started < 10
@@ -233,12 +233,12 @@ def test_a_program_that_is_not_there_leaves_all_open(tmp_path: Path) -> None:
     (answer,) = decided(circuit, str(tmp_path / "none")).values()
     assert isinstance(answer, Open) and answer.reason.startswith("cannot run ")
     with pytest.raises(NotRunnable, match="it is no program"):
-        abc.find(str(tmp_path / "none"))
+        prover.find(str(tmp_path / "none"))
 
 
 def test_another_program_is_found_out() -> None:
-    assert "does not answer as ABC does" in abc.unusable("/bin/true")
-    assert "ended with status" in abc.unusable("/bin/false")
+    assert "does not answer as ABC does" in prover.unusable("/bin/true")
+    assert "ended with status" in prover.unusable("/bin/false")
 
 
 def test_nothing_is_asked_after_the_time() -> None:
@@ -249,11 +249,11 @@ def test_nothing_is_asked_after_the_time() -> None:
 @needs_abc
 def test_time_is_that_of_a_processor(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the clock says, a program that had no time of a processor may go on."""
-    circuit, answer = counter(3, 5, 5), abc.find()
-    monkeypatch.setattr(abc, "_spent", lambda: 5.0)
+    circuit, answer = counter(3, 5, 5), prover.find()
+    monkeypatch.setattr(prover, "_spent", lambda: 5.0)
     assert isinstance(decided(circuit, answer, 20)[0], Reachable)
     spent = iter([0.0, 30.0])
-    monkeypatch.setattr(abc, "_spent", lambda: next(spent))
+    monkeypatch.setattr(prover, "_spent", lambda: next(spent))
     (late,) = decided(circuit, answer, 20).values()
     assert isinstance(late, Open) and late.reason == "time limit"
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from exover.engines.aig.abc_output import NoOutput, Tally, clauses, runs, tally
+from exover.engines.aig.abc.output import NoOutput, Tally, clauses, runs, tally
 
 PRINTED = """Output   6 was asserted in frame  1 ( 1) (solved   1 out of   3 outputs).
 Timing out on output 14 in frame 3.

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from exover.engines.aig import aiger
-from exover.engines.aig.aiger import Document, Names, binary, text
-from exover.engines.aig.graph import Circuit, Fanins, Graph, LatchNode
+from exover.engines.aig.circuit import aiger
+from exover.engines.aig.circuit.aiger import Document, Names, binary, text
+from exover.engines.aig.circuit.graph import Circuit, Fanins, Graph, LatchNode
 from exover.engines.process import run
 from tests.support.abc import needs_abc
 from tests.support.aiger_reader import NoAiger, read

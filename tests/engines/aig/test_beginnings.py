@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import pytest
 
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.beginnings import LANES, STEPS, Beginnings
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.evaluation import whole_evaluator
-from exover.engines.aig.exploration import Seed
-from exover.engines.aig.home_states import HomeSpace
-from exover.engines.aig.replay import replayed
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.simulation.evaluation import whole_evaluator
+from exover.engines.aig.simulation.exploration import Seed
+from exover.engines.aig.simulation.replay import replayed
+from exover.engines.aig.ways.beginnings import LANES, STEPS, Beginnings
+from exover.engines.aig.ways.home_states import HomeSpace
 from exover.model.property import NO_PROPERTIES
 from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of

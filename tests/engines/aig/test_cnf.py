@@ -5,9 +5,9 @@ from random import Random
 
 import pytest
 
-from exover.engines.aig.cnf import LEAVES, Cnf, signed
-from exover.engines.aig.graph import Circuit, Graph
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.circuit.cnf import LEAVES, Cnf, signed
+from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.circuit.solver import Solver
 from tests.support.circuits import random_circuit
 
 

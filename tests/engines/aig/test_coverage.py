@@ -6,10 +6,11 @@ from random import Random
 
 import pytest
 
-from exover.engines.aig import coverage
-from exover.engines.aig.coverage import ModeCoverage, PairCoverage, coverage_goals, value_pairs
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.kernel import kernel
+from exover.engines.aig.circuit.kernel import kernel
+from exover.engines.aig.encoding.coverage_goals import coverage_goals
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.simulation import coverage
+from exover.engines.aig.simulation.coverage import ModeCoverage, PairCoverage, value_pairs
 from exover.model.property import NO_PROPERTIES
 from tests.support.engines import model_of
 from tests.support.small import compiled

@@ -9,16 +9,16 @@ from random import Random
 
 import pytest
 
-from exover.engines.aig.coverage import CoverageGoals
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, Exploration
-from exover.engines.aig.graph import FALSE, Circuit
-from exover.engines.aig.reached import reached
-from exover.engines.aig.reduction import reduced
-from exover.engines.aig.simulation import simulate
-from exover.engines.aig.solver import Solver
-from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.words import lit
+from exover.engines.aig.circuit.graph import FALSE, Circuit
+from exover.engines.aig.circuit.solver import Solver
+from exover.engines.aig.circuit.words import lit
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.simulation.coverage import CoverageGoals
+from exover.engines.aig.simulation.exploration import LANES, Exploration
+from exover.engines.aig.simulation.reached import reached
+from exover.engines.aig.simulation.reduction import reduced
+from exover.engines.aig.simulation.runs import simulate
+from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.model.event import Abort, Ask, Event, Report
 from exover.model.model import NOWHERE
 from exover.model.property import (

@@ -13,16 +13,16 @@ import pytest
 
 from exover.checks.schedule.plan import CheckPlan
 from exover.engines.aig import bad_states, engine, inquiry, portfolio
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.bad_states import BadStates
-from exover.engines.aig.coverage import CoverageGoals
+from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable
+from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.evidence import STRANDED, Answered
-from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.inquiry import Inquiry
-from exover.engines.aig.liveness import Judging
+from exover.engines.aig.liveness.judging import Judging
 from exover.engines.aig.portfolio import Portfolio
-from exover.engines.aig.replay import replayed
+from exover.engines.aig.simulation.coverage import CoverageGoals
+from exover.engines.aig.simulation.replay import replayed
 from exover.engines.beside import SideTask
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
@@ -397,7 +397,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
     monkeypatch.setattr(BadStates, "at_length", lambda self: lambda tell: before.append(set(found)))
-    monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
+    monkeypatch.setattr(inquiry.always_possible, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
     ends = forms("always (active(m.a) leads to ended(m.a))", "always possible active(m.a)")
     judged(*read(TWO, f"assume fair reports; {ends}"), found)

@@ -2,8 +2,7 @@
 
 import pytest
 
-from exover.engines.aig.evidence import INITIAL, NOT_PROVED, PROVED, STRANDED, WITNESS, Evidence, Found, unproved
-from exover.engines.aig.questions import (
+from exover.engines.aig.encoding.questions import (
     Beyond,
     CutOff,
     Either,
@@ -14,6 +13,7 @@ from exover.engines.aig.questions import (
     Reach,
     RunQuestion,
 )
+from exover.engines.aig.evidence import INITIAL, NOT_PROVED, PROVED, STRANDED, WITNESS, Evidence, Found, unproved
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.loop.formula_classes import ExistsUntil, Stuck
 from exover.model.property import TRUE

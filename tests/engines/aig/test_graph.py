@@ -2,8 +2,8 @@
 
 import pytest
 
-from exover.engines.aig import kernel
-from exover.engines.aig.graph import Circuit, Graph, Influence, Literal
+from exover.engines.aig.circuit import kernel
+from exover.engines.aig.circuit.graph import Circuit, Graph, Influence, Literal
 from tests.support.circuits import random_circuit
 
 

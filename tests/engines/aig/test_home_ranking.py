@@ -5,18 +5,18 @@ from contextlib import closing
 
 import pytest
 
-from exover.engines.aig import pdr
-from exover.engines.aig.answer import Answer, Inputs
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.evaluation import Evaluator, whole_evaluator
-from exover.engines.aig.exploration import Seed, state_of
-from exover.engines.aig.graph import Circuit
-from exover.engines.aig.home_ranking import _Launches, home_space
-from exover.engines.aig.home_states import HomeSpace
-from exover.engines.aig.implicants import Decide
-from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
-from exover.engines.aig.solver import Solver
-from exover.engines.aig.words import lit
+from exover.engines.aig.circuit.answer import Answer, Inputs
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.circuit.solver import Solver
+from exover.engines.aig.circuit.words import lit
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.induction import pdr
+from exover.engines.aig.induction.implicants import Decide
+from exover.engines.aig.simulation.evaluation import Evaluator, whole_evaluator
+from exover.engines.aig.simulation.exploration import Seed, state_of
+from exover.engines.aig.simulation.lanes import LaneState, at_lane, side_by_side
+from exover.engines.aig.ways.home_ranking import _Launches, home_space
+from exover.engines.aig.ways.home_states import HomeSpace
 from exover.model.property import NO_PROPERTIES
 from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of

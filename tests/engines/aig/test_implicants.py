@@ -5,10 +5,10 @@ from random import Random
 
 import pytest
 
-from exover.engines.aig import implicants, pdr
-from exover.engines.aig.answer import Answer, Open
-from exover.engines.aig.graph import TRUE, Circuit, Graph
-from exover.engines.aig.implicants import Implicants, StatesOfKind
+from exover.engines.aig.circuit.answer import Answer, Open
+from exover.engines.aig.circuit.graph import TRUE, Circuit, Graph
+from exover.engines.aig.induction import implicants, pdr
+from exover.engines.aig.induction.implicants import Implicants, StatesOfKind
 from tests.support.circuits import random_circuit, reachable
 from tests.support.confirming import excludes, is_invariant, makes_true
 

@@ -4,10 +4,10 @@ from contextlib import closing
 
 import pytest
 
-from exover.engines.aig.answer import Answer, Clause, Unreachable
-from exover.engines.aig.graph import Circuit, Graph, Literal
-from exover.engines.aig.inductive import Induction
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.circuit.answer import Answer, Clause, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
+from exover.engines.aig.induction.inductive import Induction
+from exover.engines.aig.induction.pdr import decide
 from tests.support.circuits import random_circuit
 from tests.support.confirming import excludes, is_invariant
 

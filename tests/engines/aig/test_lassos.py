@@ -7,16 +7,15 @@ import pytest
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import Engines
 from exover.checks.schedule.plan import CheckPlan
-from exover.engines.aig import liveness
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.home_states import HomeSpace, inputs_of
-from exover.engines.aig.lassos import _joined, _left, _resting, _rolled, closed, shorter, shown
-from exover.engines.aig.liveness import Judging
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.questions import LassoQuestion
-from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.encoding.concretize import Concretizer
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import LassoQuestion
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.liveness import judging
+from exover.engines.aig.liveness.lassos import _joined, _left, _resting, _rolled, closed, shorter, shown
+from exover.engines.aig.liveness.random_lassos import InputLasso, SimulatedCircuit
+from exover.engines.aig.ways.home_states import HomeSpace, inputs_of
 from exover.model.event import Ask, Report
 from exover.model.expression import Status
 from exover.model.property import NO_PROPERTIES, Atom, Happened, always, finally_
@@ -51,14 +50,14 @@ def found() -> tuple[SimulatedCircuit, InputLasso, Inputs]:
         lassos.extend(short.values())
         return short
 
-    judging = Judging(encoding, [AGAIN], decide, lambda *_: None)
+    asked = judging.Judging(encoding, [AGAIN], decide, lambda *_: None)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(liveness, "shorter", noted)
-        judging.run(known_runs(encoding))
+        patch.setattr(judging, "shorter", noted)
+        asked.run(known_runs(encoding))
     (lasso,) = lassos
     guesses = lasso.loop[0].difference(encoding.given)
     others = tuple(inputs_of(encoding, number[verb, "m.b"], (3,)) | guesses for verb in ("ask", "report"))
-    return judging.machine, lasso, others
+    return asked.machine, lasso, others
 
 
 def test_steps_that_undo_each_other_are_dropped_together(found: tuple[SimulatedCircuit, InputLasso, Inputs]) -> None:
@@ -106,7 +105,7 @@ def test_a_loop_that_observes_reads_what_is_left_to_be_read() -> None:
         compiled(model_of("spec s; poster p: int in 0 .. 9 = 2; module m { request a(); }")), NO_PROPERTIES
     )
     number = {(each.kind.verb, each.kind.name): place for place, each in enumerate(encoding.events)}
-    machine = Judging(encoding, [AGAIN], decide, lambda *_: None).machine.exact
+    machine = judging.Judging(encoding, [AGAIN], decide, lambda *_: None).machine.exact
     seven, two = (inputs_of(encoding, number["observe", "p"], (value,)) for value in (7, 2))
     ask = inputs_of(encoding, number["ask", "m.a"])
     assert _left(machine, InputLasso((seven, ask), (seven,)), frozenset({0})) == InputLasso((ask,), (two,))
@@ -134,7 +133,7 @@ def test_what_makes_a_request_wait_for_ever_comes_before_it_asks() -> None:
     ask, other = (inputs_of(encoding, number["ask", name]) for name in ("m.a", "m.b"))
     ended, low = inputs_of(encoding, number["report", "m.b"]), inputs_of(encoding, number["observe", "p"], (0,))
     waits = LassoQuestion(finally_(always(Atom(Status("waiting", "m.a")))), True)
-    machine = Judging(encoding, [waits], decide, lambda *_: None).machine
+    machine = judging.Judging(encoding, [waits], decide, lambda *_: None).machine
     (short,) = shorter(machine, {0: InputLasso((other, ask, low, ended), (low,))}).values()
     assert short == InputLasso((low, ask), (low,))
 
@@ -147,7 +146,7 @@ def test_once_all_is_reported_a_run_is_at_rest() -> None:
     high = inputs_of(encoding, number["observe", "p"], (1,))
     ended = next(slot.events[0] for slot in HomeSpace(encoding).slots() if slot.request == "m.b")
     launched = LassoQuestion(finally_(Happened("launched", "m.b")), True)
-    machine = Judging(encoding, [launched], decide, lambda *_: None).machine.exact
+    machine = judging.Judging(encoding, [launched], decide, lambda *_: None).machine.exact
     rest = InputLasso((other, ended), (high,))
     assert _resting(machine, {0: InputLasso((other,), (ask,))}) == {0: rest}
     assert closed(machine, [(0, InputLasso((other, ended, ended), (high,)))]) == [rest]

@@ -7,11 +7,11 @@ from functools import cache
 import pytest
 
 from exover.checks.questions import starvation
-from exover.engines.aig.answer import Open, Unreachable
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.questions import LassoQuestion
+from exover.engines.aig.circuit.answer import Open, Unreachable
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import LassoQuestion
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.liveness.judging import Judging, LassoAnswer, NoLasso, ShownLasso
 from exover.loop.formula_classes import path_of
 from exover.model.expression import And, Cond, Last
 from exover.model.model import Model

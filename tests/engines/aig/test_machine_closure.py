@@ -3,12 +3,12 @@
 import pytest
 
 from exover.checks.questions import property as property_check
-from exover.engines.aig.answer import Answer, Unreachable
-from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.circuit.answer import Answer, Unreachable
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.engine import Aig
-from exover.engines.aig.graph import Circuit
-from exover.engines.aig.machine_closure import is_machine_closed
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.liveness.machine_closure import is_machine_closed
 from exover.loop.claim import CONTRADICTION, CONTRADICTORY, Opinion
 from exover.model.event import Ask, Event, Report
 from exover.pipeline import build, load, load_properties

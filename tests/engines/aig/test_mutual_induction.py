@@ -2,8 +2,8 @@
 
 import pytest
 
-from exover.engines.aig.graph import Circuit, Graph
-from exover.engines.aig.mutual_induction import mutually_inductive
+from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.induction.mutual_induction import mutually_inductive
 from tests.support.circuits import counter, random_circuit, reachable
 
 

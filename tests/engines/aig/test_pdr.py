@@ -2,10 +2,10 @@
 
 import pytest
 
-from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
-from exover.engines.aig.graph import Circuit, Graph
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.simulation import simulate
+from exover.engines.aig.circuit.answer import Answer, Open, Reachable, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.simulation.runs import simulate
 from tests.support.circuits import counter, is_number, random_circuit, reachable, verdicts
 from tests.support.confirming import confirms
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import FALSE, Circuit
-from exover.engines.aig.reached import reached
-from exover.engines.aig.simulation import random_words, simulate
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.circuit.graph import FALSE, Circuit
+from exover.engines.aig.simulation.reached import reached
+from exover.engines.aig.simulation.runs import random_words, simulate
 from tests.support.circuits import random_circuit
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from exover.engines.aig import abc
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.exploration import Seed
-from exover.engines.aig.graph import Circuit
-from exover.engines.aig.reached_bmc import Depth, RunSearch, runs_from, runs_from_start
-from exover.engines.aig.replay import replayed
-from exover.engines.aig.simulation import random_words, simulate
+from exover.engines.aig.abc import prover
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.induction.reached_bmc import Depth, RunSearch, runs_from, runs_from_start
+from exover.engines.aig.simulation.exploration import Seed
+from exover.engines.aig.simulation.replay import replayed
+from exover.engines.aig.simulation.runs import random_words, simulate
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable
 
@@ -117,7 +117,7 @@ def test_equal_questions_have_equal_answers() -> None:
 
 def by_abc(circuit: Circuit) -> dict[int, Inputs]:
     """Return what ABC finds."""
-    return abc.unrolled(circuit, abc.find())
+    return prover.unrolled(circuit, prover.find())
 
 
 @pytest.mark.parametrize("find", [runs_from_start, pytest.param(by_abc, marks=needs_abc)])
@@ -134,4 +134,4 @@ def test_short_runs_from_any_start(find: Callable[[Circuit], dict[int, Inputs]])
 
 
 def test_a_program_that_is_no_abc_finds_nothing() -> None:
-    assert abc.unrolled(counter(3, 7, 2), "/bin/true") == {}
+    assert prover.unrolled(counter(3, 7, 2), "/bin/true") == {}

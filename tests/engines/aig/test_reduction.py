@@ -2,10 +2,10 @@
 
 import pytest
 
-from exover.engines.aig.graph import Circuit, Graph
-from exover.engines.aig.reached import reached
-from exover.engines.aig.reduction import reduced
-from exover.engines.aig.simulation import simulate
+from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.simulation.reached import reached
+from exover.engines.aig.simulation.reduction import reduced
+from exover.engines.aig.simulation.runs import simulate
 from tests.support.circuits import random_circuit, reachable
 
 
@@ -31,7 +31,7 @@ def test_the_same_is_reachable(seed: int) -> None:
 def test_the_loop_in_c_leads_to_the_same_circuit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     circuit = random_circuit(seed, latches=4, gates=60)
     plain = smaller(circuit)
-    monkeypatch.setattr("exover.engines.aig.kernel.WORTH", 0)
+    monkeypatch.setattr("exover.engines.aig.circuit.kernel.WORTH", 0)
     assert smaller(circuit) == plain
 
 
@@ -50,7 +50,7 @@ def test_what_two_formulas_say_alike_is_one_node() -> None:
 
 def test_what_no_random_state_tells_apart_is_told_apart_by_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     """A conjunction of forty latches is false in every state that is simulated, and yet is not the constant."""
-    monkeypatch.setattr("exover.engines.aig.reduction.REFINE", 1)
+    monkeypatch.setattr("exover.engines.aig.simulation.reduction.REFINE", 1)
     graph = Graph()
     latches = [graph.latch(False) for _ in range(40)]
     whole = graph.all(latches)

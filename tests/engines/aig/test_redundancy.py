@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 from exover.cli.files import read_properties, read_spec
-from exover.engines.aig.answer import Answer, Reachable, Unreachable
-from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.circuit.answer import Answer, Reachable, Unreachable
+from exover.engines.aig.circuit.words import lit
+from exover.engines.aig.encoding.concretize import Concretizer
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.induction.pdr import decide
 from exover.engines.aig.redundancy import Contrasts, changes
-from exover.engines.aig.words import lit
 from exover.loop.claim import APPROXIMATE
 from exover.model.event import Ask, Event, Observe
 from exover.model.expression import Status

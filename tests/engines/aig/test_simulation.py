@@ -6,13 +6,13 @@ from threading import active_count as threads
 
 import pytest
 
-from exover.engines.aig import kernel as compiled
-from exover.engines.aig.answer import Reachable
-from exover.engines.aig.evaluation import LevelEvaluator, NativeEvaluator, evaluator
-from exover.engines.aig.graph import FALSE, TRUE, Graph
-from exover.engines.aig.lanes import PackedState, at_lane, initial, packed
-from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import random_words, simulate
+from exover.engines.aig.circuit import kernel as compiled
+from exover.engines.aig.circuit.answer import Reachable
+from exover.engines.aig.circuit.graph import FALSE, TRUE, Graph
+from exover.engines.aig.simulation.evaluation import LevelEvaluator, NativeEvaluator, evaluator
+from exover.engines.aig.simulation.lanes import PackedState, at_lane, initial, packed
+from exover.engines.aig.simulation.runs import random_words, simulate
+from exover.engines.aig.simulation.shorten import shorten
 from exover.engines.compiler import NativeUnavailable
 from exover.model.lasso import moves
 from tests.support.circuits import counter, random_circuit, reachable

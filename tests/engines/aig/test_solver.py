@@ -6,8 +6,8 @@ from typing import Any
 import pysolvers
 import pytest
 
-from exover.engines.aig.graph import Graph
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.circuit.graph import Graph
+from exover.engines.aig.circuit.solver import Solver
 from tests.support.circuits import counter
 
 

@@ -7,8 +7,8 @@ from itertools import pairwise
 import pytest
 
 from exover.dataclass import dataclass
-from exover.engines.aig.graph import Graph, Literal
-from exover.engines.aig.stimulus import TRIES, WEIGHTS, RandomStimulus
+from exover.engines.aig.circuit.graph import Graph, Literal
+from exover.engines.aig.simulation.stimulus import TRIES, WEIGHTS, RandomStimulus
 from exover.loop.exact.events import Kind
 
 EVENTS = ("ask", "report", "abort", "observe", "observe level")

@@ -5,10 +5,10 @@ from functools import cache
 
 import pytest
 
-from exover.engines.aig.answer import Answer, Clause, Unreachable
-from exover.engines.aig.graph import Circuit, Graph
-from exover.engines.aig.pdr import decide
-from exover.engines.aig.strengthening import Lemmas, strengthened
+from exover.engines.aig.circuit.answer import Answer, Clause, Unreachable
+from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.induction.pdr import decide
+from exover.engines.aig.induction.strengthening import Lemmas, strengthened
 from tests.support.circuits import random_circuit, reachable, verdicts
 from tests.support.confirming import confirms, is_invariant
 

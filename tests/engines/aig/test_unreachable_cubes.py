@@ -2,10 +2,10 @@
 
 import pytest
 
-from exover.engines.aig.graph import FALSE, Circuit, Graph
-from exover.engines.aig.reached import Cube, reached
-from exover.engines.aig.simulation import simulate
-from exover.engines.aig.unreachable_cubes import unreachable_cubes
+from exover.engines.aig.circuit.graph import FALSE, Circuit, Graph
+from exover.engines.aig.induction.unreachable_cubes import unreachable_cubes
+from exover.engines.aig.simulation.reached import Cube, reached
+from exover.engines.aig.simulation.runs import simulate
 from tests.support.circuits import random_circuit
 from tests.support.confirming import is_invariant
 

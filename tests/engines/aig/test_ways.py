@@ -6,20 +6,21 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.questions import deadlock, lockout
-from exover.engines.aig import pdr, ways, word_search
-from exover.engines.aig.answer import Answer
-from exover.engines.aig.beginnings import Beginnings
-from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Seed
-from exover.engines.aig.graph import Circuit
-from exover.engines.aig.home_states import HomeSpace
-from exover.engines.aig.implicants import Decide, StatesOfKind
-from exover.engines.aig.preconditions import Preconditions
-from exover.engines.aig.questions import CutOff, Questions, questions_in
-from exover.engines.aig.reached_bmc import runs_from_start
-from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, judge_ways
-from exover.engines.aig.word_search import WaysBudget, WordSearch
+from exover.engines.aig.circuit.answer import Answer
+from exover.engines.aig.circuit.graph import Circuit
+from exover.engines.aig.encoding.concretize import Concretizer
+from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import CutOff, Questions, questions_in
+from exover.engines.aig.induction import pdr
+from exover.engines.aig.induction.implicants import Decide, StatesOfKind
+from exover.engines.aig.induction.reached_bmc import runs_from_start
+from exover.engines.aig.simulation.exploration import Seed
+from exover.engines.aig.ways import always_possible, word_search
+from exover.engines.aig.ways.always_possible import NeverCutOff, ShownCutOff, WayAnswer, Ways, judge_ways
+from exover.engines.aig.ways.beginnings import Beginnings
+from exover.engines.aig.ways.home_states import HomeSpace
+from exover.engines.aig.ways.preconditions import Preconditions
+from exover.engines.aig.ways.word_search import WaysBudget, WordSearch
 from exover.model.event import Ask
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -80,7 +81,7 @@ def test_questions_with_few_steps_are_asked_first_and_all_are_answered_alike(mon
         return ask(self, part)
 
     monkeypatch.setattr(Ways, "_ask", noted)
-    monkeypatch.setattr(ways, "GROWTH", 0)
+    monkeypatch.setattr(always_possible, "GROWTH", 0)
     _, found = judged(made)
     assert {key: type(each) for key, each in found.items()} == {key: type(each) for key, each in together.items()}
     assert len(turns) > 2

@@ -1,10 +1,10 @@
 """Words are run from all states at once, and as few are chosen as lead on from where any does."""
 
-from exover.engines.aig.answer import Inputs
-from exover.engines.aig.evaluation import evaluator
-from exover.engines.aig.exploration import Seed
-from exover.engines.aig.graph import Graph
-from exover.engines.aig.word_simulation import WordSimulation
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.circuit.graph import Graph
+from exover.engines.aig.simulation.evaluation import evaluator
+from exover.engines.aig.simulation.exploration import Seed
+from exover.engines.aig.ways.word_simulation import WordSimulation
 
 GRAPH = Graph()
 UP, DOWN = (GRAPH.input() for _ in range(2))

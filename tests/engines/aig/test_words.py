@@ -8,10 +8,10 @@ from math import inf, nextafter
 
 import pytest
 
-from exover.engines.aig.evaluation import evaluator
-from exover.engines.aig.graph import Literal
-from exover.engines.aig.state import AllocatedRange, Latches
-from exover.engines.aig.words import Grid, Word, Words, as_word, lit
+from exover.engines.aig.circuit.graph import Literal
+from exover.engines.aig.circuit.words import Grid, Word, Words, as_word, lit
+from exover.engines.aig.encoding.state import AllocatedRange, Latches
+from exover.engines.aig.simulation.evaluation import evaluator
 from exover.loop.exact.term import Term
 
 RANGES = [(0, 0), (0, 1), (0, 2), (-3, -3), (-3, 2), (-4, 3), (1, 5), (5, 7), (-9, -2), (7, 12)]

@@ -1,0 +1,1 @@
+"""And-Inverter Graphs: built, unrolled, as clauses for a solver, as AIGER."""

@@ -1,0 +1,199 @@
+"""From runs of the graph to concrete ones: events with real arguments, followed on the reference interpreter."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import field
+from functools import cached_property
+
+from exover.dataclass import dataclass
+from exover.engines.aig.circuit.answer import Inputs
+from exover.engines.aig.circuit.graph import Circuit, Literal
+from exover.engines.aig.circuit.words import Grid, as_word
+from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
+from exover.engines.aig.encoding.range_allocation import Family
+from exover.engines.aig.encoding.state import Given, number
+from exover.engines.aig.simulation.evaluation import ConeValues, Evaluator, whole_evaluator
+from exover.engines.aig.simulation.lanes import initial, side_by_side
+from exover.loop.exact.events import Kind, event_of, value_of
+from exover.loop.exact.term import Term
+from exover.model.event import Event
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.trace import Disagreement, Moment, Trace
+from exover.model.types import Value, plain
+
+
+class Spurious(Exception):
+    """A run of the graph is none of the loop: no doubles fit it, or the passes do not settle one of its steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class LaneValues:
+    """The values of the nodes of a cone in one of several runs."""
+
+    cone: Evaluator
+    values: ConeValues
+    lane: int
+
+    def true(self, literal: Literal) -> bool:
+        """Return whether a literal is true."""
+        return bool(self.cone.read(self.values, literal, -1) >> self.lane & 1)
+
+    def number(self, term: Term) -> int:
+        """Return the value of a word: a number, or a position."""
+        word = as_word(term)
+        return word.low + sum(self.true(bit) << k for k, bit in enumerate(word.bits))
+
+
+@dataclass(frozen=True)
+class Concretizer:
+    """Makes concrete runs of an encoding's runs."""
+
+    encoding: Encoding
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The interpreter on which runs are followed."""
+        return Reference(self.encoding.compiled.model)
+
+    @cached_property
+    def _circuit(self) -> Circuit:
+        values = [given.term for event in self.encoding.events for given in event.given]
+        bits = [bit for value in (*values, *self.encoding.reembedded.values()) for bit in as_word(value).bits]
+        return self.encoding.circuit([self.encoding.legal, self.encoding.unsettled, *bits])
+
+    @cached_property
+    def _cone(self) -> Evaluator:
+        return whole_evaluator(self._circuit)
+
+    def traces(self, runs: Sequence[Inputs]) -> list[Trace | Spurious]:
+        """Return for each run its trace, without steps in which nothing happens, or why it has none.
+
+        Raises `Disagreement` if the reference interpreter comes to another state at the end than the graph.
+        """
+        return [run.spurious or Trace(tuple(run.moments)) for run in self._followed(runs)]
+
+    def walk(self, inputs: Inputs) -> tuple[Trace, tuple[State, ...]]:
+        """Return the concrete run and its states, that before each moment, and the last; raises `Spurious`."""
+        (found,) = self._followed([inputs])
+        if found.spurious is not None:
+            raise found.spurious
+        return Trace(tuple(found.moments)), tuple(found.states)
+
+    def events(self, inputs: Inputs) -> tuple[Event, ...]:
+        """Return the events of one run; raises `Spurious`."""
+        return self.walk(inputs)[0].events
+
+    def _followed(self, runs: Sequence[Inputs]) -> "list[_Run]":
+        """Return runs that were followed to their ends. Raises `Disagreement`."""
+        words = initial(self._circuit.latches, (1 << len(runs)) - 1)
+        following = [_Run([self.reference.start()]) for _ in runs]
+        for step in range(max(map(len, runs), default=0)):
+            there, inputs = side_by_side(runs, step)
+            values = self._cone.values(words, inputs)
+            words = self._cone.after(values, there)
+            for lane, run in enumerate(runs):
+                if step < len(run):
+                    self._follow(following[lane], run[step], LaneValues(self._cone, values, lane))
+        for lane, followed in enumerate(following):
+            if followed.spurious is None:
+                self._compare(words, lane, followed)
+        return following
+
+    def _follow(self, run: "_Run", inputs: frozenset[int], lane: LaneValues) -> None:
+        """Take the step of one run on the reference interpreter, unless nothing happens in it."""
+        legal, unsettled = self._circuit.bad[:2]
+        if run.spurious is not None or not lane.true(legal):
+            return
+        if lane.true(unsettled):
+            run.spurious = Spurious(f"a step of it may take more than {self.encoding.passes} passes")
+            return
+        event = self.encoding.chosen(inputs)
+        try:
+            concrete = event_of(event.kind, self._arguments(event, lane, run.states[-1]))
+        except Spurious as reason:
+            run.spurious = reason
+            return
+        state, actions = self.reference.step(run.states[-1], concrete)
+        run.states.append(state)
+        run.moments.append(Moment(concrete, actions))
+
+    # ---- values ----
+
+    def _arguments(self, event: EncodedEvent, lane: LaneValues, state: State) -> tuple[Value, ...]:
+        found: list[Value] = []
+        fresh: list[tuple[Family, int, float]] = []
+        for given in event.given:
+            position = lane.number(given.term)
+            grid = given.span.grid
+            if grid is None:
+                found.append(value_of(given.parameter.type, position))
+                continue
+            group = self.encoding.latches.grids.first(family_of(event.kind, given))
+            fixed = list(anchors(self.encoding, state, lane, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
+            real = real_at(grid, position, fixed)
+            fresh.append((group, position, real))
+            found.append(real)
+        return tuple(found)
+
+    def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
+        latches = self.encoding.latches
+        for name, held in latches.counted(run.states[-1]):
+            span, bits = latches.spans[name], latches.literals[name]
+            mine = span.low + sum((words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
+            its = number(latches.types[name], span, held)
+            if span.grid is not None:  # reals are compared by their cells
+                mine, its = mine >> span.grid.places, its >> span.grid.places
+            if mine != its:
+                event = run.moments[-1].event if run.moments else "the start"
+                raise Disagreement(f"after {event} `{name}` is {held}; the graph has {mine} for it, not {its}")
+
+
+@dataclass
+class _Run:
+    """A run while it is followed."""
+
+    states: list[State]
+    """The state before each moment, and the last one."""
+    moments: list[Moment] = field(default_factory=list)
+    spurious: Spurious | None = None
+
+
+def family_of(kind: Kind, given: Given) -> Family:
+    """Return the family of a real that comes with an event of a kind."""
+    return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
+
+
+def anchors(
+    encoding: Encoding, state: State, lane: LaneValues, grid: Grid, group: Family
+) -> Iterator[tuple[int, float]]:
+    """Yield the positions and values of the reals that are held and compared with those of a group.
+
+    `grid`: theirs; `group`: the first of the families that are compared with each other.
+    """
+    if grid.places:
+        layout, moved = encoding.latches, encoding.reembedded
+        for name, held in layout.counted(state):
+            if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
+                assert isinstance(held, float)
+                yield lane.number(moved[name]), held
+
+
+def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
+    """Return a double that compares with constants and fixed reals as its position does; raises `Spurious`."""
+    cell = position >> grid.places
+    if cell & 1:
+        return float(grid.constants[cell // 2])
+    same = [v for p, v in fixed if p == position]
+    if same:
+        return same[0]
+    low = [float(grid.constants[cell // 2 - 1]), *(v for p, v in fixed if p < position)]
+    high = [float(grid.constants[cell // 2]), *(v for p, v in fixed if p > position)]
+    return between(max(low), min(high))
+
+
+def between(low: float, high: float) -> float:
+    """Return a double strictly between two, one with few digits where there is one; raises `Spurious`."""
+    found = plain(low, high)
+    if found is None:
+        raise Spurious("there are not enough doubles between two values of a run")
+    return found

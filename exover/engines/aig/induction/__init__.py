@@ -1,0 +1,1 @@
+"""What no run reaches: inductive clauses, and property directed reachability."""

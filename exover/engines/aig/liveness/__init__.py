@@ -1,0 +1,1 @@
+"""Infinite runs: lassos that simulation finds, and proofs that there are none."""

@@ -1,0 +1,1 @@
+"""Many runs of a circuit side by side: what they reach, guided by coverage; runs made shorter."""
