@@ -46,6 +46,7 @@ def packages(folder: Path) -> set[str]:
 def test_rooms_mirror_packages() -> None:
     assert rooms(TESTS) == (packages(ROOT) - IN_RUNTIME) | {"runtime"} | SUBJECTS
     assert rooms(TESTS / "engines") == packages(ROOT / "engines")
+    assert rooms(TESTS / "engines" / "aig") == packages(ROOT / "engines" / "aig")
 
 
 def test_no_helper_is_imported_from_a_module_of_tests() -> None:
