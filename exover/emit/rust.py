@@ -16,7 +16,7 @@ from exover.ocrd.tables import Tables
 
 RUNTIME = (
     "lib.rs", "answers.rs", "blackbox.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
-    "records.rs", "resume.rs", "state.rs",
+    "recording.rs", "records.rs", "resume.rs", "state.rs",
 )  # fmt: skip
 RECORDS = (
     "NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow",

@@ -10,7 +10,7 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.image import PASS
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.equivalence.state_equivalence import StateComparison
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.program import Walk

@@ -12,7 +12,8 @@ from itertools import product
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.equivalence.diagram_equivalence import (
     alike,
     different_diagrams,

@@ -16,8 +16,8 @@ from exover.engines.bdd.backward_reachability import BackwardReachability, TooWi
 from exover.engines.bdd.fair_steps import LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.ranking import distinct, ranking, temporal
-from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import WIDE
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (

@@ -11,7 +11,7 @@ from exover.checks.questions.property import UNFAIR
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.loop.claim import CONTRADICTION, Claim, Progress
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.step_predicates import moments

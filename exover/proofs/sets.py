@@ -7,7 +7,8 @@ from itertools import combinations, product
 from math import prod
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.loop.exact.term import numeral
 from exover.model.event import Args
 from exover.model.model import Parameter

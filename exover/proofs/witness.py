@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.model.property import (
     Conjunction,
     Disjunction,

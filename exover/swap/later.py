@@ -12,7 +12,7 @@ from exover.checks.questions.safety import STRICT
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.backward_reachability import BackwardReachability, TooWide
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import WIDE
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.expression import (

@@ -9,7 +9,7 @@ from exover.checks.questions.demands import Demands, demands
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
 from exover.engines.bdd.analysis import Analysis
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.equivalence.nearby_runs import NearbyRuns
 from exover.equivalence.redundancy import RuleContribution
 from exover.equivalence.tables import TableComparison

@@ -2,7 +2,7 @@
 
 from exover.checks.finding import Finding
 from exover.checks.questions.question import Check, Context, Question, rules, unbroken
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model, Rule
 from exover.model.property import Broken, Conjunction, Formula, Negation, Properties

@@ -9,8 +9,9 @@ from exover.engines.bdd.backward_reachability import Allowed, BackwardReachabili
 from exover.engines.bdd.concretize import Ends, RunConcretizer, follow
 from exover.engines.bdd.home_states import HomeStates
 from exover.engines.bdd.loopsets import LoopSets
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.queries import Queries
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import Stepper
 from exover.engines.bdd.temporal import TemporalEngine
 from exover.engines.bdd.wait_for import WaitForAnalysis

@@ -9,8 +9,8 @@ from functools import cached_property
 from math import inf
 
 from exover.dataclass import dataclass
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.quiescent import QuiescentSteps
-from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import LoopEvent
 from exover.model.property import Label

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from exover.engines.bdd.backward_reachability import Ring, Way
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event

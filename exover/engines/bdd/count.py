@@ -5,7 +5,8 @@ from heapq import heappop, heappush
 from math import prod
 
 from exover.engines.bdd.decomposition import reachable
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import Stepper
 
 

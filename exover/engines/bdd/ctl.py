@@ -7,7 +7,7 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import Ring
 from exover.engines.bdd.fixpoints import Fixpoints
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (

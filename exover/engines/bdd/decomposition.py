@@ -1,6 +1,6 @@
 """The reachable states, computed separately for independent parts of the loop."""
 
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import Stepper, explore
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.program import writes

@@ -5,7 +5,8 @@ from typing import Protocol
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import Stepper
 from exover.model.event import Report
 from exover.model.property import Label

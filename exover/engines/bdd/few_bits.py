@@ -6,12 +6,9 @@ it by expansion (Shannon 1938).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from exover.dataclass import dataclass
-
-if TYPE_CHECKING:
-    from exover.engines.bdd.space import BddManager, Set
+from exover.engines.bdd.manager import BddManager, Set
 
 FEW, SMALL = 5, 100
 """The bits, and the nodes of a set, up to which bits are taken one by one."""
@@ -21,19 +18,19 @@ FEW, SMALL = 5, 100
 class FewBits:
     """A manager of BDDs with its own operations on few bits; everything else is delegated to `manager`."""
 
-    manager: "BddManager"
-    true: "Set"
-    false: "Set"
+    manager: BddManager
+    true: Set
+    false: Set
 
     def declare(self, *names: str) -> None:
         """Add bits, below those that there are."""
         self.manager.declare(*names)
 
-    def var(self, name: str) -> "Set":
+    def var(self, name: str) -> Set:
         """Return the states in which a bit is 1."""
         return self.manager.var(name)
 
-    def cube(self, literals: Mapping[str, bool]) -> "Set":
+    def cube(self, literals: Mapping[str, bool]) -> Set:
         """Return the states in which bits have these values."""
         if len(literals) > FEW:
             return self.manager.cube(literals)
@@ -42,7 +39,7 @@ class FewBits:
             found &= self.manager.var(name) if positive else ~self.manager.var(name)
         return found
 
-    def exist(self, names: Iterable[str], states: "Set") -> "Set":
+    def exist(self, names: Iterable[str], states: Set) -> Set:
         """Return the states with these bits existentially quantified."""
         chosen = tuple(names)
         if len(chosen) > FEW or len(states) > SMALL:
@@ -51,7 +48,7 @@ class FewBits:
             states = self._where(name, self.true, states) | self._where(name, self.false, states)
         return states
 
-    def let(self, values: "Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set]", states: "Set") -> "Set":
+    def let(self, values: Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set], states: Set) -> Set:
         """Return the states with bits replaced, simultaneously."""
         if len(values) > FEW:
             values = {name: values[name] for name in self.manager.support(states) & values.keys()}  # type: ignore[assignment]
@@ -65,7 +62,7 @@ class FewBits:
                 functions.append((name, value))
         return self._composed(functions, states) if len(functions) <= FEW else self.manager.let(dict(functions), states)
 
-    def _set(self, value: "bool | str | Set") -> "Set":
+    def _set(self, value: bool | str | Set) -> Set:
         match value:
             case bool():
                 return self.true if value else self.false
@@ -74,11 +71,11 @@ class FewBits:
             case _:
                 return value
 
-    def _where(self, name: str, value: "Set", states: "Set") -> "Set":
+    def _where(self, name: str, value: Set, states: Set) -> Set:
         """Return the states with one bit replaced."""
         return self.manager.let({name: value}, states)
 
-    def _composed(self, values: "Sequence[tuple[str, Set]]", states: "Set") -> "Set":
+    def _composed(self, values: Sequence[tuple[str, Set]], states: Set) -> Set:
         """Return the states with bits replaced simultaneously by functions."""
         if not values or states in (self.true, self.false):
             return states
@@ -90,15 +87,15 @@ class FewBits:
             return self._composed(rest, high)
         return self.manager.ite(value, self._composed(rest, high), self._composed(rest, low))
 
-    def apply(self, operator: str, one: "Set", other: "Set") -> "Set":
+    def apply(self, operator: str, one: Set, other: Set) -> Set:
         """Return the result of a Boolean operator on two sets."""
         return self.manager.apply(operator, one, other)
 
-    def ite(self, condition: "Set", one: "Set", other: "Set") -> "Set":
+    def ite(self, condition: Set, one: Set, other: Set) -> Set:
         """Return `one` where the condition holds, else `other`."""
         return self.manager.ite(condition, one, other)
 
-    def support(self, states: "Set") -> set[str]:
+    def support(self, states: Set) -> set[str]:
         """Return the bits on which a set depends."""
         return self.manager.support(states)
 

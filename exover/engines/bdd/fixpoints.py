@@ -8,7 +8,7 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 
 
 @dataclass

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.loop.finite.execution import SymbolicExecution
 from exover.loop.finite.program import Program, SwitchCase
 from exover.model.property import Label

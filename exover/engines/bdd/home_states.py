@@ -7,7 +7,7 @@ rules, and there are no assumptions that forbid steps.
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.variables import MEMORY, PLACES
 from exover.model.index import ModelIndex

@@ -9,7 +9,8 @@ from itertools import groupby
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
 

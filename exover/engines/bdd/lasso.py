@@ -6,7 +6,7 @@ from typing import Protocol
 from exover.engines.bdd.concretize import RunConcretizer, SpuriousRun
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 
 LONGEST = 10_000
 """The number of steps after which the search for a loop is given up."""

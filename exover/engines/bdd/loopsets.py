@@ -3,7 +3,8 @@
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.predicates import StatePredicates

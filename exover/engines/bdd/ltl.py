@@ -11,7 +11,8 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (

@@ -11,7 +11,8 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.functions import Function
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import Stepper
 from exover.model.property import Label
 

@@ -8,8 +8,8 @@ from typing import TypeVar
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability, Ring, TooWide
 from exover.engines.bdd.decomposition import reachable
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.quiescent import QuiescentSteps
-from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import NARROW, WIDE, Stepper, explore
 from exover.loop.claim import Progress
 

@@ -5,7 +5,8 @@ answers most questions without the long cascades that an event may start.
 """
 
 from exover.engines.bdd.functions import Function
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.steps import NARROW, StepFunction, Stepper
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import Label

@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterator
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.fixpoints import Fixpoints
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.model.property import (
     Conjunction,
     Disjunction,

@@ -6,7 +6,8 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.bdd.functions import Function, Functions
 from exover.engines.bdd.image import PASS, Image
-from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.manager import Set
+from exover.engines.bdd.space import Space
 from exover.engines.bdd.wakeups import Wakeups
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY, PLACES

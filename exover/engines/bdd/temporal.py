@@ -11,8 +11,8 @@ from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, close_lasso, come
 from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.near_steps import NearSteps
-from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.predicates import StatePredicates
 from exover.model.property import (

@@ -17,7 +17,7 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.bdd.functions import Function
 from exover.engines.bdd.home_states import HomeStates
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import NARROW, Stepper
 from exover.model.event import Observe
 from exover.ocrd.memory import CLEARING, EMPTY

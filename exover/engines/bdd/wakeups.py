@@ -8,7 +8,7 @@ of programs, the same from every state, and preimages are taken on sets that sta
 from collections.abc import Iterator
 
 from exover.engines.bdd.functions import Function, Functions
-from exover.engines.bdd.space import Set
+from exover.engines.bdd.manager import Set
 from exover.loop.finite.program import Program
 
 

@@ -1,10 +1,9 @@
 """Claims as specifications of SMV."""
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, assert_never
+from collections.abc import Callable
+from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.engines.smv.names import claim_name
 from exover.loop.claim import Claim
 from exover.model.property import (
     TRUE,
@@ -25,9 +24,6 @@ from exover.model.property import (
     momentary,
     parts_of,
 )
-
-if TYPE_CHECKING:
-    from exover.engines.smv.text import Text
 
 WriteMomentary = Callable[[Formula], str]
 """Writes a formula of one moment."""
@@ -128,28 +124,3 @@ class Writer:
 
     def _if_live(self, part: Formula) -> str:
         return f"({self.live} -> {self.write(part)})" if self.live else self.write(part)
-
-
-def specifications(text: "Text") -> Iterator[Specification]:
-    """Yield the specifications of a text: whether the assumptions leave runs, and each claim that is made there."""
-    if text.loop.properties.assumptions and not text.fair:
-        live = "environment.live"
-        yield Specification("assumptions.leave_steps", "CTLSPEC", f"AG ({live} -> EX {live})")
-    if text.loop.properties.assumptions and text.fair:
-        yield Specification("assumptions.leave_no_fair_run", "LTLSPEC", "FALSE", opposite=True)
-    for claim in text.claims:
-        if claim.formula is not None and is_of(claim, text.loop.properties, text.fair):
-            yield _specification(text, claim, claim.formula)
-
-
-def _specification(text: "Text", claim: Claim, formula: Formula) -> Specification:
-    name, found = claim_name(claim), None if claim.linear or text.fair else invariant(formula)
-    if found is not None:
-        part, start = found
-        excepted = ("" if start else "environment.start | ") + ("!environment.live | " if text.restricted else "")
-        return Specification(name, "INVARSPEC", excepted + text.moment(part), claim)
-    live = "environment.live" if text.restricted and not text.fair and not claim.linear else ""
-    body = Writer(text.moment, live).write(formula)
-    if claim.linear and text.restricted and not text.fair:
-        body = f"G environment.live -> {body}"
-    return Specification(name, "LTLSPEC" if claim.linear else "CTLSPEC", body, claim)

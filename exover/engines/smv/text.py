@@ -13,9 +13,9 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.engines.bdd.steps import Stepper
 from exover.engines.smv.expression import FALSE, TRUE, DefinedName, SmvSymbol, among, choice, text
-from exover.engines.smv.names import SmvNames, modules, word
+from exover.engines.smv.names import SmvNames, claim_name, modules, word
 from exover.engines.smv.predicates import SymbolConditions
-from exover.engines.smv.specs import Specification, specifications
+from exover.engines.smv.specs import Specification, Writer, invariant, is_of
 from exover.engines.smv.symbolic_execution import DefineExecution, merged
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
@@ -79,7 +79,29 @@ class Text:
     @cached_property
     def specifications(self) -> list[Specification]:
         """The specifications: those of the claims, and whether the assumptions leave runs."""
-        return list(specifications(self))
+        return list(self._specifications())
+
+    def _specifications(self) -> Iterator[Specification]:
+        if self.loop.properties.assumptions and not self.fair:
+            live = "environment.live"
+            yield Specification("assumptions.leave_steps", "CTLSPEC", f"AG ({live} -> EX {live})")
+        if self.loop.properties.assumptions and self.fair:
+            yield Specification("assumptions.leave_no_fair_run", "LTLSPEC", "FALSE", opposite=True)
+        for claim in self.claims:
+            if claim.formula is not None and is_of(claim, self.loop.properties, self.fair):
+                yield self._specification(claim, claim.formula)
+
+    def _specification(self, claim: Claim, formula: Formula) -> Specification:
+        name, found = claim_name(claim), None if claim.linear or self.fair else invariant(formula)
+        if found is not None:
+            part, start = found
+            excepted = ("" if start else "environment.start | ") + ("!environment.live | " if self.restricted else "")
+            return Specification(name, "INVARSPEC", excepted + self.moment(part), claim)
+        live = "environment.live" if self.restricted and not self.fair and not claim.linear else ""
+        body = Writer(self.moment, live).write(formula)
+        if claim.linear and self.restricted and not self.fair:
+            body = f"G environment.live -> {body}"
+        return Specification(name, "LTLSPEC" if claim.linear else "CTLSPEC", body, claim)
 
     @cached_property
     def order(self) -> list[str]:

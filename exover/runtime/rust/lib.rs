@@ -33,6 +33,7 @@ mod decisions;
 mod events;
 mod features;
 mod names;
+mod recording;
 mod records;
 mod resume;
 mod state;

@@ -5,7 +5,8 @@ from random import Random
 import pytest
 
 from exover.engines.bdd.few_bits import FewBits
-from exover.engines.bdd.space import BddManager, Set, new_manager
+from exover.engines.bdd.manager import BddManager, Set
+from exover.engines.bdd.space import new_manager
 from tests.support.cudd import needs_cudd
 
 pytestmark = needs_cudd

@@ -13,8 +13,8 @@ from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.manager import Set
 from exover.engines.bdd.ranking import Layer, distinct, ranking, temporal
-from exover.engines.bdd.space import Set
 from exover.loop.finite.step_predicates import moments
 from exover.model.expression import Status
 from exover.model.model import NOWHERE, Model
