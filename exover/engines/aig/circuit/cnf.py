@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from operator import itemgetter
 
-from exover.engines.aig.circuit.graph import Circuit, Fanins, Literal
+from exover.engines.aig.circuit.graph import FALSE, Circuit, Fanins, Literal
 
 LEAVES = 5
 """The greatest number of leaves of a node."""
@@ -73,24 +73,23 @@ class Cnf:
         """
         packed, uses, inner = self._fanins.packed, self._uses, list[int]()
         while True:
-            best: list[int] | None = None
+            chosen, fewest = FALSE, 3
             for leaf in leaves:
-                left, right = packed[2 * leaf], packed[2 * leaf + 1]
-                if right and uses[leaf] == 1:
-                    more = [each for each in (left >> 1, right >> 1) if each not in leaves]
-                    if best is None or len(more) < len(best) - 1:
-                        best = [leaf, *more]
-            if best is None or len(leaves) + len(best) - 2 > LEAVES:
+                if uses[leaf] == 1 and packed[2 * leaf + 1]:
+                    new = (packed[2 * leaf] >> 1 not in leaves) + (packed[2 * leaf + 1] >> 1 not in leaves)
+                    if new < fewest:
+                        chosen, fewest = leaf, new
+            if not chosen or len(leaves) + fewest - 1 > LEAVES:
                 return leaves, inner
-            inner.append(best[0])
-            leaves.remove(best[0])
-            leaves += best[1:]
+            inner.append(chosen)
+            leaves.remove(chosen)
+            leaves += [each for each in (packed[2 * chosen] >> 1, packed[2 * chosen + 1] >> 1) if each not in leaves]
 
     def _table(self, node: int, leaves: Sequence[int], inner: Sequence[int]) -> int:
         """Return the truth table of a node over leaves; `inner`: the nodes between, from the top down."""
-        values = dict(zip(leaves, VARIABLES, strict=False))
+        packed, values = self._fanins.packed, dict(zip(leaves, VARIABLES, strict=False))
         for each in (*reversed(inner), node):
-            left, right = self._fanins[each]  # type: ignore[misc]
+            left, right = packed[2 * each], packed[2 * each + 1]
             values[each] = (values[left >> 1] ^ -(left & 1)) & (values[right >> 1] ^ -(right & 1))
         return values[node] & (1 << (1 << len(leaves))) - 1
 
