@@ -55,7 +55,7 @@ def test_a_page_is_opened(run, tmp_path: Path) -> None:
     assert "`exover docs checks` prints it" in done.stderr
 
 
-def test_every_page_is_in_the_wheel(tmp_path: Path) -> None:
+def test_every_file_and_page_is_in_the_wheel(tmp_path: Path) -> None:
     """It is built from a copy, and unpacked where nothing of the repository is."""
     pytest.importorskip("setuptools")
     source = tmp_path / "source"
@@ -67,6 +67,10 @@ def test_every_page_is_in_the_wheel(tmp_path: Path) -> None:
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "installed")
+    package = source / "exover"
+    files = {path.relative_to(source) for path in package.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+    assert Path("exover/engines/aig/circuit/simulate.c") in files
+    assert [path for path in sorted(files) if not (tmp_path / "installed" / path).is_file()] == []
     for page in PAGES:
         assert (tmp_path / "installed" / "exover" / "docs" / page.name).read_bytes() == page.read_bytes()
     variables = environment() | {"PYTHONPATH": str(tmp_path / "installed")}
