@@ -255,9 +255,12 @@ class Text:
 
     @cached_property
     def passes(self) -> int:
-        """How many passes some event needs: what is known, else what diagrams of all states show, at most."""
+        """How many passes some event needs: what is known, else what diagrams of all states show, at most.
+
+        What leaves the state as it is may still refuse a required launch: that is one pass more.
+        """
         if self.enough is not None:
-            return self.enough
+            return self.enough + 1
         stepper = Stepper(self.loop)
         most = 0
         for number in range(len(self.loop.events)):
