@@ -35,9 +35,12 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for finding in summary.findings:
         groups.setdefault(finding.check, []).append(finding)
     causes = grouped(summary.findings)
+    effects = _effects(summary.findings, causes)
     shown: dict[Trace, Finding] = {}
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
-        yield from _group(summary, check, group, causes, shown, timings)
+        yield _counts(summary, check, group, causes, timings)
+        for finding in _told(group, causes):
+            yield from _finding(summary.model, finding, effects.get(key(finding), ()), shown)
     if summary.skipped:
         yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
@@ -97,18 +100,19 @@ def _worst(group: list[Finding]) -> Verdict:
     return overall(group, frozenset({"error", "warning", "note"}))
 
 
-def _group(
-    summary: Summary,
-    check: str,
-    group: list[Finding],
-    causes: Mapping[FindingKey, Finding],
-    shown: dict[Trace, Finding],
-    timings: bool,
-) -> Iterator[str]:
-    """Yield a line of counts for a check, then each of its findings that does not hold, but for those in `causes`.
+def _effects(findings: Iterable[Finding], causes: Mapping[FindingKey, Finding]) -> dict[FindingKey, list[Finding]]:
+    """Return for the key of each cause the findings that are told under it, in their order."""
+    effects: dict[FindingKey, list[Finding]] = {}
+    for finding in findings:
+        if key(finding) in causes:
+            effects.setdefault(key(causes[key(finding)]), []).append(finding)
+    return effects
 
-    `causes`: as `grouped` returns them; `shown`: by run that is printed already, the finding for which it was.
-    """
+
+def _counts(
+    summary: Summary, check: str, group: list[Finding], causes: Mapping[FindingKey, Finding], timings: bool
+) -> str:
+    """Return the line of counts of a check; `causes`: as `grouped` returns them."""
     parts = ", ".join(
         _part([each for each in group if each.verdict == verdict], causes)
         for verdict in ORDER
@@ -118,12 +122,13 @@ def _group(
     proof = f" ({', '.join(methods)})" if methods else ""
     seconds = f", {sum(finding.seconds for finding in group):.3f} s" if timings else ""
     alone = ", of the assumptions alone" if check in summary.skipped else ""
-    yield f"{check}: {parts}{proof}{alone}{seconds}"
-    for verdict in ("violated", "unknown"):
-        for finding in group:
-            if finding.verdict == verdict and key(finding) not in causes:
-                others = [other for other in summary.findings if causes.get(key(other)) is finding]
-                yield from _finding(summary.model, finding, others, shown)
+    return f"{check}: {parts}{proof}{alone}{seconds}"
+
+
+def _told(group: Iterable[Finding], causes: Mapping[FindingKey, Finding]) -> list[Finding]:
+    """Return the findings that do not hold, violated ones first, but for those in `causes`."""
+    told = [finding for finding in group if finding.verdict != "holds" and key(finding) not in causes]
+    return sorted(told, key=lambda finding: ORDER.index(finding.verdict))
 
 
 def _part(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
@@ -138,6 +143,7 @@ def _part(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
 
 
 def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: dict[Trace, Finding]) -> Iterator[str]:
+    """Yield the lines of a finding; `others`: of the same cause; `shown`: by run that is printed, its finding."""
     where = finding.location
     place = f" at {where}" if where.line else ""
     yield from _in_lines(f"  {finding.subject} {finding.word}{place}: {finding.message}")

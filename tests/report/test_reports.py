@@ -7,10 +7,12 @@ import pytest
 
 from exover.checks.finding import Baselined, Finding
 from exover.diagnostics import Severity
+from exover.loop.claim import Verdict
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.text import ORDER
 from tests.report.samples import FOUR, finding, summary
+from tests.support.growth import LINEAR, growth
 
 
 def test_json_has_the_keys_of_the_contract_in_their_order() -> None:
@@ -186,3 +188,12 @@ def test_one_cause_is_told_once() -> None:
     ]
     excused = replace(whole, findings=(replace(whole.findings[0], excuse=Baselined()), *whole.findings[1:]))
     assert f"  storm violated {place}" in text_report.render(excused).splitlines()[2:5]
+
+
+@pytest.mark.parametrize("verdict", ["violated", "unknown", "holds"])
+def test_text_of_many_findings_takes_time_in_proportion(verdict: Verdict) -> None:
+    def told(size: int) -> str:
+        alike = [finding(check, "error", verdict) for check in ("safety", "completeness", "redundancy", "rule-use")]
+        return text_report.render(summary(*(replace(a, subject=f"r{n}") for a in alike for n in range(size))))
+
+    assert growth(told, 200) < LINEAR
