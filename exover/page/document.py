@@ -41,7 +41,10 @@ def document(summary: Summary, source: Source, tables: Tables | None, data: byte
     Without tables, `table` and `names` are null.
     """
     model = summary.model
-    runs = sorted((finding for finding in summary.findings if finding.trace), key=lambda each: WORDS.index(each.word))
+    findings = summary.findings
+    shown = [number for number, finding in enumerate(findings) if finding.trace]
+    runs = sorted(shown, key=lambda number: WORDS.index(findings[number].word))
+    run_of = {number: run for run, number in enumerate(runs)}
     return {
         "version": summary.version,
         "spec": model.name,
@@ -52,8 +55,8 @@ def document(summary: Summary, source: Source, tables: Tables | None, data: byte
         "figures": _figures(summary),
         "checks": [_check(name, severity) for name, severity in SEVERITY.items()],
         "skipped": list(summary.skipped),
-        "findings": [_finding(summary, finding, runs) for finding in summary.findings],
-        "runs": [_run(model, summary.findings.index(finding), finding) for finding in runs],
+        "findings": [_finding(summary, finding, run_of.get(number)) for number, finding in enumerate(findings)],
+        "runs": [_run(model, number, findings[number]) for number in runs],
         "rules": [_rule(rule) for rule in rules(model, written(source))],
         **({"audit": audit} if audit else {}),
         "graph": _graph(interactions(model)),
@@ -94,7 +97,7 @@ def _check(name: str, severity: str) -> Json:
     return {"name": name, "severity": severity, "iff": found.iff if found else "", "mend": found.mend if found else ""}
 
 
-def _finding(summary: Summary, finding: Finding, runs: list[Finding]) -> Json:
+def _finding(summary: Summary, finding: Finding, run: int | None) -> Json:
     return {
         "check": finding.check,
         "subject": finding.subject,
@@ -105,7 +108,7 @@ def _finding(summary: Summary, finding: Finding, runs: list[Finding]) -> Json:
         "message": finding.message,
         "place": _place(finding.location),
         "excuse": excuse_text(finding.excuse) if finding.excuse else None,
-        "run": next((number for number, each in enumerate(runs) if each is finding), None),
+        "run": run,
     }
 
 

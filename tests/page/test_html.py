@@ -4,14 +4,19 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from exover.page.document import document
 from exover.page.html import LIBRARY, SCRIPTS, asset, embedded
+from exover.source import Source
+from tests.report.samples import LASSO, finding, summary
 from tests.support.browser import built, report
+from tests.support.growth import LINEAR, growth
 
 SPECS = Path(__file__).parents[2] / "specs"
 DAGRE = "54a503e346f93ca0bb10abe7999587e037262935687aca45eb4e4b0f64bbb578"
@@ -86,3 +91,12 @@ def test_the_library_is_the_one_that_is_named() -> None:
     path = Path(__file__).parents[2] / "exover" / "page" / LIBRARY
     assert hashlib.sha256(path.read_bytes()).hexdigest() == DAGRE
     assert "Chris Pettitt" in path.with_name("LICENSE").read_text("utf-8")
+
+
+def test_the_page_of_many_runs_takes_time_in_proportion() -> None:
+    def page(size: int) -> object:
+        alike = finding("starvation", "warning", "violated", replace(LASSO, moments=LASSO.moments[:1]))
+        shown = summary(*(replace(alike, subject=f"r{number}") for number in range(size)))
+        return document(shown, Source("demo.exo", ""), None, b"")
+
+    assert growth(page, 400) < LINEAR
