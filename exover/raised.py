@@ -1,6 +1,12 @@
-"""Recognizes exceptions that a library on their way has replaced."""
+"""Recognizes exceptions that a library, or Python itself, on their way has replaced."""
 
 
 def is_raised(kind: type[BaseException], error: BaseException) -> bool:
-    """Return whether `error` is a `kind`, or an `ArgumentError` into which ctypes, as used by Z3, has turned one."""
-    return isinstance(error, kind) or (type(error).__name__ == "ArgumentError" and kind.__name__ in str(error))
+    """Return whether `error` is a `kind`, or what one has been turned into.
+
+    That is an error whose direct cause it is, as Python until 3.11 raises while a class is made, or an `ArgumentError`
+    of ctypes, as used by Z3.
+    """
+    if isinstance(error, kind) or isinstance(error.__cause__, kind):
+        return True
+    return type(error).__name__ == "ArgumentError" and kind.__name__ in str(error)

@@ -63,6 +63,16 @@ def test_what_ctypes_makes_of_it_is_that_the_time_is_over() -> None:
 
 
 @needs_alarms
+def test_what_python_makes_of_it_in_a_class_is_that_the_time_is_over() -> None:
+    class Named:
+        def __set_name__(self, owner: type, name: str) -> None:
+            sleep(MUCH)
+
+    with pytest.raises(TimeUp), interrupted(limits_from(monotonic(), 1, SOON)):
+        type("Made", (), {"named": Named()})
+
+
+@needs_alarms
 def test_what_is_half_made_goes_in_silence(told: list[Any]) -> None:
     with pytest.raises(TimeUp), interrupted(limits_from(monotonic(), 1, SOON)):
         HalfMade(MUCH)

@@ -97,6 +97,24 @@ def test_a_signal_is_heard_that_comes_while_arguments_are_converted(number: int,
     assert outcome.status == status
 
 
+@needs_signals
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_is_heard_that_comes_while_a_class_is_made(number: int, status: int) -> None:
+    class Named:
+        def __set_name__(self, owner: type, name: str) -> None:
+            signal.raise_signal(number)
+            time.sleep(MUCH)
+
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(143))
+    try:
+        outcome = ExitGuard()
+        with outcome:
+            type("Made", (), {"named": Named()})
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert outcome.status == status
+
+
 def solver_of_a_certificate() -> Any:
     return Checker(decode(pipeline.build(model_of(SPEC)).data)).solver([True])
 
