@@ -107,7 +107,10 @@ def load_properties(source: Source, model: Model) -> LoadedProperties:
 
 
 def build(model: Model, unchecked: bool = False) -> Build:
-    """Return the tables of a model, packed and decoded again; `unchecked` sets that flag in their header."""
+    """Return the tables of a model, packed and decoded again; `unchecked` sets that flag in their header.
+
+    Raises `TablesTooLarge` of `exover.raised` if they are more than can be made.
+    """
     from exover.model.canonical import digest
     from exover.ocrd.compile import compile_model
     from exover.ocrd.packing import decode, pack

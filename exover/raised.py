@@ -1,4 +1,8 @@
-"""Recognizes exceptions that a library, or Python itself, on their way has replaced."""
+"""What ends a command from deep within, whatever a library, or Python itself, on its way has made of it."""
+
+
+class TablesTooLarge(ValueError):
+    """The tables of a spec would be too large to be made; the message begins with the place of what they are for."""
 
 
 def is_raised(kind: type[BaseException], error: BaseException) -> bool:

@@ -19,7 +19,7 @@ from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.ending import heeded
-from exover.raised import is_raised
+from exover.raised import TablesTooLarge, is_raised
 
 OBJECTS = 100_000
 """The threshold of the garbage collector, in objects: trees and models are many objects without cycles."""
@@ -63,7 +63,7 @@ class ExitGuard:
         match error:
             case None:
                 pass
-            case CliError():
+            case CliError() | TablesTooLarge():
                 self.status, self.reason = ExitStatus.WRONG, str(error)
                 complain(f"exover: error: {self.reason}")
             case OSError():  # a temporary folder that is full, say

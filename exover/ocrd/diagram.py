@@ -38,6 +38,10 @@ def deep() -> Iterator[None]:
         sys.setrecursionlimit(limit)
 
 
+class TooManyNodes(Exception):
+    """A diagram has more nodes than it may have."""
+
+
 class Test(NamedTuple):
     """A test node: go to `children[i]` for the least i with entry <= `cuts[i]`, else to the last child."""
 
@@ -54,9 +58,13 @@ class Act(NamedTuple):
 
 
 class Manager:
-    """Shared nodes under one variable order; entries that are not in `order` follow in the order of their first use."""
+    """Shared nodes under one variable order; entries that are not in `order` follow in the order of their first use.
 
-    def __init__(self, order: Iterable[ElementNumber] = ()) -> None:
+    What makes nodes raises `TooManyNodes` if there would be more than `most`.
+    """
+
+    def __init__(self, order: Iterable[ElementNumber] = (), most: int = BOTTOM) -> None:
+        self.most = most
         self.entries: list[ElementNumber] = list(order)
         """The entries by level."""
         self._level: dict[ElementNumber, int] = {entry: level for level, entry in enumerate(self.entries)}
@@ -103,6 +111,8 @@ class Manager:
         number = self._unique.get(node)
         if number is None:
             number = self._unique[node] = len(self._nodes)
+            if number >= self.most:
+                raise TooManyNodes
             self._nodes.append(node)
             self._top.append(level)
         return number

@@ -1,20 +1,25 @@
 """All diagrams of a model, in one forest."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
-from exover.model.model import Latch, Launch, Model
+from exover.model.model import Latch, Launch, Location, Model
 from exover.ocrd.decision import DecisionList
 from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
 from exover.ocrd.demand import Decider
-from exover.ocrd.diagram import ElementNumber, Manager
+from exover.ocrd.diagram import ElementNumber, Manager, TooManyNodes
 from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support
 from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
+from exover.raised import TablesTooLarge
+
+MOST_NODES = 4_000_000
+"""The most nodes that the diagram of one decision may have while it is made: they take some 2 GB."""
 
 
 @dataclass
@@ -39,9 +44,10 @@ class Roots:
         if where is None or where == TRUE:
             return ALWAYS
         if (request, where) not in self.predicates:
-            self.predicates[request, where] = _plant(
-                self.forest, self.questions, lambda decider: decider.predicate(request, where)
-            )
+            with _counted(request, self.questions.model.request[request].location):
+                self.predicates[request, where] = _plant(
+                    self.forest, self.questions, lambda decider: decider.predicate(request, where)
+                )
         return self.predicates[request, where]
 
     def of_events(self) -> list[int]:
@@ -55,22 +61,40 @@ class Roots:
 
 
 def grow(model: Model) -> Roots:
-    """Return the diagrams of a model: of decisions, rules, launch rules and latches; predicates are added later."""
+    """Return the diagrams of a model: of decisions, rules, launch rules and latches; predicates are added later.
+
+    Raises `TablesTooLarge` if one of them takes more than MOST_NODES nodes.
+    """
     questions = DecisionContext(Vocabulary(model))
     roots = Roots(questions, Forest(questions.numbers))
-    roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
+    for request in model.requests:
+        with _counted(request.name, request.location):
+            roots.decide.append(_plant_decision(roots.forest, questions, request.name))
     for rule in model.rules:
-        if questions.restored(rule):
-            for instance in questions.instances(rule, None):
-                roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
-        elif questions.kept(rule):
-            for instance in questions.instances(rule, None):
-                roots.invariants.append((_plant_invariant(roots.forest, questions, instance), instance.reason))
+        with _counted(rule.name, rule.location):
+            if questions.restored(rule):
+                for instance in questions.instances(rule, None):
+                    roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
+            elif questions.kept(rule):
+                for instance in questions.instances(rule, None):
+                    roots.invariants.append((_plant_invariant(roots.forest, questions, instance), instance.reason))
     for launch in model.launches:
-        roots.launches.append(_plant_launch(roots.forest, questions, launch))
+        with _counted(launch.name, launch.location):
+            roots.launches.append(_plant_launch(roots.forest, questions, launch))
     for latch in model.latches:
-        roots.latches.append(_plant_latch(roots.forest, questions, latch))
+        with _counted(latch.name, latch.location):
+            roots.latches.append(_plant_latch(roots.forest, questions, latch))
     return roots
+
+
+@contextmanager
+def _counted(name: str, place: Location) -> Iterator[None]:
+    """Say what a diagram is of, and where that stands, if it has too many nodes."""
+    try:
+        yield
+    except TooManyNodes:
+        why = f"the tables for `{name}` tell too many cases apart (more than {MOST_NODES} nodes)"
+        raise TablesTooLarge(f"{place}: {why}: give it fewer instances, or fewer rules that read arguments") from None
 
 
 def _plant_rule(forest: Forest, questions: DecisionContext, instance: SymbolicInstance) -> int:
@@ -91,7 +115,7 @@ def _plant_latch(forest: Forest, questions: DecisionContext, latch: Latch) -> in
 
 def _plant(forest: Forest, questions: DecisionContext, build: Callable[[Decider], int]) -> int:
     """Build a diagram, sift it, add it to the forest and return its root."""
-    source = Manager()
+    source = Manager(most=MOST_NODES)
     root = build(Decider(questions, source))
     return forest.plant(*sift(source, root))
 
@@ -102,7 +126,7 @@ def _plant_decision(forest: Forest, questions: DecisionContext, name: str) -> in
 
 def decided(questions: DecisionContext, name: str) -> tuple[Manager, int]:
     """Return the manager and the diagram of the decision on a request."""
-    source = Manager()
+    source = Manager(most=MOST_NODES)
     return composed(source, Decider(questions, source).decide(questions.model.request[name]))
 
 
@@ -111,7 +135,7 @@ def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
     order = demanded(source, decision)
     if order == sorted(order, key=source.level):
         return source, decision.compose(source)
-    target = Manager(order)
+    target = Manager(order, MOST_NODES)
     return target, decision.copy(source, target).compose(target)
 
 

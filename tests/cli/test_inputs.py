@@ -9,6 +9,7 @@ import pytest
 
 from exover.cli import files
 from exover.cli.arguments import parser
+from exover.ocrd import roots
 from exover.syntax import parse
 from tests.support.command import environment
 
@@ -261,6 +262,14 @@ def test_output_that_is_closed(run, spec):
         done = run(*arguments, stdout=None, input='{"ask": "nd.stop"}\n', preexec_fn=lambda: os.close(1))
         assert done.returncode == 2
         assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
+
+
+@pytest.mark.parametrize(
+    "verb", [("check",), ("emit", "--unchecked", "--target", "bin", "--out", "."), ("diff", "demo.exo")]
+)
+def test_tables_that_are_too_large_are_refused(run, spec, monkeypatch, verb):
+    monkeypatch.setattr(roots, "MOST_NODES", 4)
+    refused(run(*verb, "demo.exo"), "exover: error: demo.exo:", "tell too many cases apart (more than 4 nodes)")
 
 
 @pytest.mark.parametrize("fault", ["RecursionError('too\\ndeep')", "MemoryError()", "KeyError('nd.goto')"])

@@ -6,6 +6,8 @@ import pytest
 
 from benchmarks import families
 from exover import pipeline
+from exover.ocrd import roots
+from exover.raised import TablesTooLarge
 from exover.source import Source
 from tests.support.engines import disagreement, model_of
 from tests.support.events import Stream
@@ -49,3 +51,29 @@ def test_nodes_are_linear_in_the_rules(family: Family) -> None:
 @pytest.mark.parametrize(("family", "per_request"), [(families.stop, 8), (families.crowd, 4)])
 def test_diagrams_of_hundreds_of_levels_are_built(family: Family, per_request: int) -> None:
     assert nodes(family(300)) <= per_request * 302
+
+
+CASES = """spec s;
+poster b: int in 0 .. 9 = 0;
+module m { request r(x: int in 0 .. 9) instances 3; }
+%s
+"""
+
+
+@pytest.mark.parametrize(
+    ("rules", "name", "place"),
+    [
+        ("context m.r { fail when x > b; fail when x + b > 12; }", "m.r", "random.exo:3:20"),
+        ("launch l: m.r(4) when b in {1, 3, 5, 7} or b == 9;", "l", "random.exo:4:1"),
+        ("latch t: when b in {1, 3, 5, 7} or b == 9 until m.r;", "t", "random.exo:4:7"),
+    ],
+)
+def test_what_tells_too_many_cases_apart_is_refused_at_its_place(
+    rules: str, name: str, place: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = model_of(CASES % rules)
+    pipeline.build(model)
+    monkeypatch.setattr(roots, "MOST_NODES", 10)
+    with pytest.raises(TablesTooLarge) as refused:
+        pipeline.build(model)
+    assert str(refused.value).startswith(f"{place}: the tables for `{name}` tell too many cases apart")
