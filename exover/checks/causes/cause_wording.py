@@ -7,7 +7,7 @@ from exover.checks.causes.hindrances import reason_reads
 from exover.model.decision import Decisions
 from exover.model.evaluate import NOTHING, Scope, applies, bind, value_of
 from exover.model.event import Args
-from exover.model.expression import Cond, Param, Past, Status, Used, atoms, operands
+from exover.model.expression import Compare, Cond, Own, Param, Past, Status, Used, atoms, operands
 from exover.model.model import Consumption, Model, Request, Resource, Share
 from exover.model.reads import Read
 from exover.model.state import State
@@ -35,12 +35,24 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     guards = [guard.condition for guard in request.guards if guard.name == reason.rule]
     rules = [rule.condition for rule in model.rules if rule.name == reason.rule]
     values = bind(request.params, link.args)
-    asked = dict.fromkeys(term.name for guard in guards for term in operands(guard) if isinstance(term, Param))
+    asked = dict.fromkeys(name for guard in guards for name in _own_parameters(guard))
     given = [f"{name} == {value_text(values[name])}" for name in asked]
     read = reason_reads(model, state, request, reason)
     launched = Decisions(model).launching(state, request, link.args, 0) if rules else None
     told = read_there(model, state, read, where, arguments_read([*guards, *rules]), given, launched)
     return ", ".join([f"`{reason.rule}`{because}{more}", *told])
+
+
+def _own_parameters(guard: Cond) -> Iterator[str]:
+    """Yield the parameters of its request that a guard reads, those of `self.p` too."""
+    for each in atoms(guard):
+        match each:
+            case Status(where=where) | Past(where=where) if where is not None:
+                yield from (term.name for term in operands(where) if isinstance(term, Own))
+            case Compare():
+                yield from (term.name for term in operands(each) if isinstance(term, Param))
+            case _:
+                pass
 
 
 def _wanted(model: Model, state: State, link: Blocked) -> int:

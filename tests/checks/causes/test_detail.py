@@ -612,6 +612,17 @@ def test_what_a_guard_is_asked_and_how_much_is_left_is_told() -> None:
     assert start == "`m.burn` waits by `fuel`, there " and int(level) < 5
 
 
+def test_the_argument_that_a_guard_compares_with_those_of_others_is_told() -> None:
+    spec = """spec s; module m {
+        request drive(truck: int in 1 .. 2) instances 2;
+        request charge(truck: int in 1 .. 2) { wait until not active(m.drive with truck == self.truck); }
+    }"""
+    said = found(spec)["starvation", "m.charge"].message.partition("`m.charge` waits by `m.charge.wait.1`, there ")[2]
+    asked, *active = said.split(", ")
+    assert asked.startswith("truck == ")
+    assert f"running(m.drive with {asked})" in active
+
+
 def test_all_properties_are_violated_once_assumptions_are_seen_to_contradict_each_other() -> None:
     """An engine that sees no lasso cannot say so of each by itself."""
     question = Question("property", "error", "p", NOWHERE)
