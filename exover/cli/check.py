@@ -11,7 +11,7 @@ from pathlib import Path
 from time import monotonic
 
 from exover import __version__
-from exover.checks.causes.detail import out_of_range
+from exover.checks.causes.detail import out_of_range, unchanging
 from exover.checks.finding import Finding
 from exover.checks.run import CheckOutcome, unanswered
 from exover.checks.schedule.answers import AnswerStore
@@ -124,6 +124,9 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     store = answers_of(arguments, arguments.spec)
     plan = CheckPlan(asked, properties, engines, arguments.count)
     built, outcome = decide(model, plan, limits, store)
+    if asked is None or "rule-use" in asked:
+        for remark in unchanging(model, outcome.findings):
+            complain(f"exover: warning: {remark}")
     written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)

@@ -1,7 +1,8 @@
 """Comparisons that have the same truth value in every state.
 
 The ranges decide them: `wind > 99` for a wind in 0 .. 60, `used(power) > 80` if all users together have 60, and
-`wind in 5 .. 3`; or the values that are ever set: `place == cabin` for a module state that no clause sets to `cabin`.
+`wind in 5 .. 3`; or the values that are ever set: `place == cabin` for a module state that no clause sets to `cabin`;
+or both sides are one term: `side == side`, where `side == self.side` was meant.
 """
 
 from collections.abc import Iterator, Mapping
@@ -51,16 +52,19 @@ class FixedComparison:
 
 
 def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
-    """Yield the empty ranges, then the comparisons of numbers that ranges decide and those of a module state with a
-    constant that the values decide which the state can have, in the order of the text, those inside `with` included.
+    """Yield the empty ranges, then the comparisons of numbers that ranges decide, those of a module state with a
+    constant that the values decide which the state can have, and those of a term with itself, in the order of the text,
+    those inside `with` included.
 
-    `params`: the parameters that the condition may read. Comparisons of two constants are not yielded.
+    `params`: the parameters that the condition may read. Comparisons of two constants are not yielded, nor
+    is the end of a range that is always kept where the other end is not: `hour in 0 .. 5`.
     """
     yield from _in_condition(model, cond, {param.name: param.type for param in params}, {})
 
 
 def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterator[FixedComparison]:
     yield from _empty(cond)
+    open_ends = _open_ends(model, cond, own, outer)
     for atom in atoms(cond):
         match atom:
             case Status(_, name, where) | Past(name, where) if where is not None:
@@ -68,31 +72,56 @@ def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterato
                 inner = {param.name: param.type for param in (*request.params, *request.results)}
                 yield from _in_condition(model, where, inner, own)
             case Compare():
-                found = _of_state(model, atom) or _decided(model, atom, own, outer)
-                if found is not None:
+                found = _fixed(model, atom, own, outer)
+                if found is not None and atom not in open_ends:
                     yield found
             case _:
                 pass
 
 
+def _fixed(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComparison | None:
+    return _of_one(atom, outer) or _of_state(model, atom) or _decided(model, atom, own, outer)
+
+
 def _empty(cond: Cond) -> Iterator[FixedComparison]:
-    """Yield the empty ranges; the model spells out `x in 5 .. 3` as `x >= 5 and x <= 3`."""
+    for low, high in _ranges(cond):
+        least, most = (end.right.value for end in (low, high) if isinstance(end.right, Const))
+        if not isinstance(least, str) and not isinstance(most, str) and least > most:
+            text = f"{term_text(low.left)} in {value_text(least)} .. {value_text(most)}"
+            yield FixedComparison(text, False, "the bounds are swapped")
+
+
+def _open_ends(model: Model, cond: Cond, own: Types, outer: Types) -> set[Compare]:
+    """Return the ends of ranges that are always kept where the other end is not."""
+    found = set[Compare]()
+    for pair in _ranges(cond):
+        fixed = {end: _fixed(model, end, own, outer) for end in pair}
+        kept = {end for end, known in fixed.items() if known is not None and known.truth}
+        found |= kept if len(kept) == 1 else set()
+    return found
+
+
+def _ranges(cond: Cond) -> Iterator[tuple[Compare, Compare]]:
+    """Yield both ends of each range; the model spells out `x in 3 .. 5` as `x >= 3 and x <= 5`."""
     match cond:
-        case And(
-            (Compare(">=", low, Const(int() | float() as least)), Compare("<=", high, Const(int() | float() as most)))
-        ):
-            if low == high and least > most:
-                bounds = value_text(least), value_text(most)
-                yield FixedComparison(
-                    f"{term_text(low)} in {bounds[0]} .. {bounds[1]}", False, "the bounds are swapped"
-                )
+        case And((Compare(">=", one, Const()) as low, Compare("<=", other, Const()) as high)) if one == other:
+            yield low, high
         case Not(part):
-            yield from _empty(part)
+            yield from _ranges(part)
         case And(parts) | Or(parts):
             for part in parts:
-                yield from _empty(part)
+                yield from _ranges(part)
         case _:
             pass
+
+
+def _of_one(atom: Compare, outer: Types) -> FixedComparison | None:
+    """Return a comparison of a term with itself."""
+    if atom.left != atom.right or isinstance(atom.left, Const):
+        return None
+    meant = isinstance(atom.left, Param) and atom.left.name in outer
+    hint = f"; did you mean `self.{term_text(atom.left)}`?" if meant else ""
+    return FixedComparison(condition_text(atom), OPERATORS[atom.operator](0, 0), f"both sides are the same{hint}")
 
 
 def _of_state(model: Model, atom: Compare) -> FixedComparison | None:

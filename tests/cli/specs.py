@@ -9,7 +9,7 @@ mutex drive: nd.stop over nd.goto because "a stop is a stop";
 """
 
 
-DEAF = SPEC + "forbid deaf: battery >= 0 and active(nd.goto);\n"
+DEAF = SPEC + "forbid deaf: (battery < 9 or battery > 3) and active(nd.goto);\n"
 """No goto is ever launched."""
 SHADOWED = SPEC + "mutex again: nd.stop over nd.goto;\n"
 """The second mutex is never the reason of anything."""

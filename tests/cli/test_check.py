@@ -190,3 +190,22 @@ def test_a_property_that_ranges_decide_is_warned_of(run, spec):
         f"exover: warning: {file}:2:1: in an assumption, `battery <= 100` is true whatever happens: "
         "battery lies in 0 .. 100",
     ]
+
+
+def test_a_condition_that_never_changes_is_warned_of_unless_a_finding_tells_of_it(run, tmp_path):
+    spec = tmp_path / "arm.exo"
+    spec.write_text("""spec arm; poster wind: int in 0 .. 60 = 0;
+latch storm: when wind > 99 until m.clean;
+module m { state holds: {nothing, brush, knife} = nothing;
+    request clean(side: {root, cap}) { on ok set holds = brush; }
+    request weld(side: {root, cap}) { check cleaned: past(m.clean with side == side); fail when m.holds == knife; }
+    request tack(side: {root, cap}) { check cleaned: past(m.clean with side == side) and wind in 0 .. 9; } }
+""")
+    done = run("check", spec)
+    meant = "`side == side` is true whatever happens: both sides are the same; did you mean `self.side`?"
+    assert done.stderr.splitlines() == [
+        f"exover: warning: {spec}:2:7: in latch `storm`, `wind > 99` is false whatever happens: wind lies in 0 .. 60",
+        f"exover: warning: {spec}:5:39: in `m.weld.cleaned`, {meant}",
+    ]
+    assert "`m.holds == knife` is false whatever happens: m.holds is nothing or brush" in done.stdout
+    assert run("check", spec, "--only", "safety").stderr == ""

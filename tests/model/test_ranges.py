@@ -56,6 +56,17 @@ module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
         ("up != m.pose", ["`up != m.pose` is true whatever happens: m.pose is in_a or out_b"]),
         ("m.pose == out_b or m.pose != in_a or m.k > 2 or m.k == 5 or at == b", []),
         ("m.k < 2", ["`m.k < 2` is false whatever happens: m.k is 2 or 5"]),
+        ("n in 0 .. 5 or t in 3 .. 99 or k in 2 .. 4", []),
+        (
+            "n in 0 .. 12",
+            [f"`n {end}` is true whatever happens: n lies in 0 .. 9" for end in (">= 0", "<= 12")],
+        ),
+        ("n in 12 .. 20", ["`n >= 12` is false whatever happens: n lies in 0 .. 9"]),
+        ("n != n or n > 3", ["`n != n` is false whatever happens: both sides are the same"]),
+        (
+            "not past(m.r with n == n)",
+            ["`n == n` is true whatever happens: both sides are the same; did you mean `self.n`?"],
+        ),
         ("3 < m.k and m.k != 3", ["`m.k != 3` is true whatever happens: m.k is 2 or 5"]),
     ],
 )

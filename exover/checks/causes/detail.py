@@ -1,7 +1,7 @@
 """Detailed messages: what the trace of a finding, the model and the properties add to the text of its check."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 from exover.checks.causes.blocked_detail import (
     held_up,
@@ -34,7 +34,8 @@ from exover.checks.causes.shadowing import RULES, WithoutRules, shadows
 from exover.checks.finding import Finding
 from exover.checks.questions.property import BROKEN, VIOLATED, named
 from exover.loop.claim import CONTRADICTORY
-from exover.model.model import Model
+from exover.model.expression import Cond
+from exover.model.model import Consumption, Location, Model, Parameter, Share
 from exover.model.property import Atom, Formula, Properties
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import reads
@@ -80,12 +81,42 @@ def detailed(
 
 
 def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
-    """Yield, in words, the comparisons in properties and assumptions that have one value because of ranges."""
+    """Yield, in words, the comparisons in properties and assumptions that have one value whatever happens."""
     stated = [(f"property `{each.name}`", each.formula, each.location) for each in properties.properties]
     stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
     for what, formula, where in stated:
         for each in _decided(model, formula):
             yield f"{where}: in {what}, {each}"
+
+
+def unchanging(model: Model, findings: Sequence[Finding]) -> Iterator[str]:
+    """Yield, in words, the comparisons of a spec that have one value whatever happens and of which no finding tells.
+
+    Each is told where it stands first.
+    """
+    told = "; ".join(finding.message for finding in findings)
+    first: dict[FixedComparison, str] = {}
+    for where, what, condition, params in sorted(_written(model), key=lambda written: astuple(written[0])):
+        for each in decided(model, condition, params):
+            first.setdefault(each, f"{where}: in {what}, {each}")
+    yield from (text for each, text in first.items() if str(each) not in told)
+
+
+def _written(model: Model) -> Iterator[tuple[Location, str, Cond, tuple[Parameter, ...]]]:
+    """Yield the conditions that a spec writes, each with its place, its name and the parameters that it may read."""
+    for latch in model.latches:
+        yield latch.location, f"latch `{latch.name}`", latch.condition, ()
+    for request in model.requests:
+        for guard in request.guards:
+            yield guard.location, f"`{guard.name}`", guard.condition, request.params
+        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
+        for when in (each.when for each in clauses if each.when is not None):
+            yield request.location, f"`{request.name}`", when, request.params
+    for rule in (each for each in model.rules if each.kind in ("forbid", "fail")):
+        params = model.request[rule.slot_of].params if rule.slot_of else ()
+        yield rule.location, f"`{rule.name}`", rule.condition, params
+    for launch in model.launches:
+        yield launch.location, f"launch rule `{launch.name}`", launch.condition, ()
 
 
 def _never_true(model: Model, formula: Formula) -> list[str]:
