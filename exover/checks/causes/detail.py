@@ -16,7 +16,7 @@ from exover.checks.causes.blocked_detail import (
 from exover.checks.causes.blocking import Obstacles
 from exover.checks.causes.broken_finding import BrokenFinding, never_launched
 from exover.checks.causes.cause_wording import arguments_read, read_there
-from exover.checks.causes.excluded import crowded, facts, forbidden, unset
+from exover.checks.causes.excluded import crowded, facts, forbidden, unset, unwaiting
 from exover.checks.causes.property_detail import (
     conditions,
     conjuncts,
@@ -183,7 +183,12 @@ def _without_run(broken: BrokenFinding, formula: Formula, parts: Sequence[Formul
     known, fixed = facts(parts), map(str, _decided(broken.model, formula))
     named = (name for names in requests_named(formula) for name in names)
     never = never_launched(broken, [*named, *unset(broken.model, known, broken.unlaunched)])
-    return [*fixed, *never, *crowded(broken.model, known), *forbidden(broken.model, known)]
+    return [*fixed, *never, *_excluded(broken.model, known)]
+
+
+def _excluded(model: Model, known: Sequence[Cond]) -> list[str]:
+    """Return what excludes by its form that all of these conditions are true."""
+    return [*crowded(model, known), *unwaiting(model, known), *forbidden(model, known)]
 
 
 def _launch_missed(broken: BrokenFinding, state: State, formula: Formula) -> list[str]:

@@ -1,17 +1,19 @@
 """What keeps a condition from being true in any run, by its form and that of the rules, without a run."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial
 
 from exover.checks.causes.broken_finding import listed
 from exover.model.evaluate import holds
-from exover.model.expression import Compare, Cond, Const, Count, Not, Status, Used
+from exover.model.expression import And, Compare, Cond, Const, Count, ModelTerm, Not, Param, Status, Used
 from exover.model.kleene import truth
 from exover.model.model import Model, SetState
 from exover.model.property import Atom, Formula, Happened
 from exover.model.reads import Read, reads
 from exover.model.state import resting
+from exover.model.types import Value
+from exover.model.waiting import may_wait
 
 
 def facts(parts: Iterable[Formula]) -> list[Cond]:
@@ -30,8 +32,7 @@ def facts(parts: Iterable[Formula]) -> list[Cond]:
 
 def forbidden(model: Model, known: Sequence[Cond]) -> list[str]:
     """Return, as at most one part of a sentence, the rules whose conditions are true wherever all of these are."""
-    active = {each.request for each in known if isinstance(each, Status) and each.phase != "waiting"}
-    true = partial(_known, model, known, active)
+    true = partial(_known, model, known, _slots(known))
     rules = [each for each in model.rules if each.slot_of is None and truth(each.condition, true)]
     names = tuple(dict.fromkeys(each.name for each in rules))
     return [f"{listed(names)} forbid{'s' * (len(names) == 1)} it"] if names else []
@@ -50,24 +51,46 @@ def _is_slot(status: Status) -> bool:
     return status.phase != "waiting" and status.where is not None
 
 
-def _known(model: Model, known: Sequence[Cond], active: set[str], condition: Cond) -> bool | None:
+def _slots(known: Iterable[Cond]) -> Counter[str]:
+    """Return how many slots of each request are active at least: as many as one parameter has values in them."""
+    slots, values = Counter[str](), defaultdict[tuple[str, ModelTerm], set[Value]](set)
+    for each in known:
+        if isinstance(each, Status) and each.phase != "waiting":
+            slots[each.request] = max(1, slots[each.request])
+            for part in each.where.parts if isinstance(each.where, And) else (each.where,):
+                match part:
+                    case Compare("==", Param() as term, Const(value)):
+                        values[each.request, term].add(value)
+                        slots[each.request] = max(len(values[each.request, term]), slots[each.request])
+                    case _:
+                        pass
+    return slots
+
+
+def unwaiting(model: Model, known: Iterable[Cond]) -> Iterator[str]:
+    """Yield, in words, the requests that are to wait, but that no guard, resource or rule makes wait."""
+    waiting = dict.fromkeys(each.request for each in known if isinstance(each, Status) and each.phase == "waiting")
+    yield from (f"nothing makes `{name}` wait" for name in waiting if name not in may_wait(model))
+
+
+def _known(model: Model, known: Sequence[Cond], slots: Counter[str], condition: Cond) -> bool | None:
     match condition:
         case _ if condition in known or Not(condition) in known:
             return condition in known
         case Status("active", request, None):
-            return True if request in active else None
+            return True if slots[request] else None
         case Compare(">", Count(requests), Const(int(most))):
-            return True if len(active.intersection(requests)) > most else None
+            return True if sum(slots[each] for each in requests) > most else None
         case Compare(">", Used(resource), Const(int(most))):
-            return True if _held(model, active, resource) > most else None
+            return True if _held(model, slots, resource) > most else None
         case _:
             return None
 
 
-def _held(model: Model, active: Collection[str], resource: str) -> int:
-    """Return the least that these requests hold of a resource together while they are active."""
-    shares = (share for each in model.requests if each.name in active for share in each.shares)
-    return sum(share.amount for share in shares if share.resource == resource and share.when is None)
+def _held(model: Model, slots: Counter[str], resource: str) -> int:
+    """Return the least that these slots hold of a resource together while they are active."""
+    shares = ((slots[each.name], share) for each in model.requests for share in each.shares)
+    return sum(count * share.amount for count, share in shares if share.resource == resource and share.when is None)
 
 
 def unset(model: Model, known: Iterable[Cond], unlaunched: Collection[str]) -> Iterator[str]:

@@ -551,7 +551,11 @@ FORBIDDEN = [
     ("running(m.e) and wind > 9 and lit", "`gale` forbids it"),
     ("active(m.b with n == 1) and active(m.b with n == 2)", "`m.b` has one slot"),
     ("active(m.g with n == 1) and active(m.g with n == 2) and running(m.g with n == 3)", "`m.g` has 2 slots"),
-    ("active(m.b with n == 1) and waiting(m.b with n == 2) and lit and not lit", None),
+    ("active(m.k with n == 1) and active(m.k with n == 2 and k == 1) and active(m.a)", "`few` forbids it"),
+    ("active(m.h with n == 1) and active(m.h with n == 3)", "`heat` forbids it"),
+    ("active(m.h with n == 1) and active(m.h with k == 3) and lit and not lit", None),
+    ("active(m.b with n == 1) and waiting(m.b with n == 2) and lit and not lit", "nothing makes `m.b` wait"),
+    ("waiting(m.w) and lit and not lit", None),
     ("m.at == there", "no run launches `m.f`: see reachability"),
     ("not m.at == here and active(m.a)", "no run launches `m.f`: see reachability"),
 ]
@@ -565,7 +569,10 @@ def test_what_is_never_possible_is_told_with_the_rules_that_forbid_it(wanted: st
         request c() { uses power 2; } request d() { uses power 2; } request e();
         request f() { check at == there; on ok set at = there; on failed set at = here; }
         request g(n: int in 0 .. 9) instances 2;
+        request h(n: int in 0 .. 9, k: int in 0 .. 9) instances 3 { uses heat 2; }
+        request k(n: int in 0 .. 9, k: int in 0 .. 9) instances 3; request w() { wait until lit; }
     }
+    resource heat: 3; limit few: at most 2 of m.a, m.k;
     mutex pair: m.a, m.b; limit two: at most 2 of m.b, m.d, m.e;
     forbid gale: lit and wind > 9 and active(m.e) by kill m.e;"""
     message = found(spec, f"for s; property p: possible ({wanted});")["property", "p"].message
