@@ -105,16 +105,28 @@ def _use(model: Model, symbol: SpecSymbol) -> Iterator[str]:
     request = model.request.get(symbol.name) if symbol.sort == "request" else None
     if request:
         yield _list("decided by", list(_deciders(model, request)))
-    if symbol.sort in ("rule", "resource"):
-        yield _list("stands for", [_rule(each) for each in named(model, symbol.name)])
+    meant = named(model, symbol.name) if symbol.sort in ("rule", "resource") else []
+    if meant:
+        yield _list("stands for", list(map(_rule, meant)))
+    if symbol.sort == "resource" and model.resource[symbol.name].consumable:
+        yield _list("consumed by", list(_consumers(model, symbol.name)))
 
 
 def _deciders(model: Model, request: Request) -> Iterator[str]:
-    names = [guard.name for guard in request.guards] + [rule.name for rule in in_question(model)[request.name]]
+    names = [guard.name for guard in request.guards] + [clause.resource for clause in request.consumptions]
+    names += [rule.name for rule in in_question(model)[request.name]]
     names += [launch.name for launch in model.launches if launch.request == request.name]
+    texts = model.texts | {clause.resource: model.text(clause) for clause in reversed(request.consumptions)}
     for name in dict.fromkeys(names):
-        because = model.texts.get(name)
+        because = texts.get(name)
         yield f"`{name}`" + (f": {because}" if because else "")
+
+
+def _consumers(model: Model, resource: str) -> Iterator[str]:
+    for request in model.requests:
+        for each in (clause for clause in request.consumptions if clause.resource == resource):
+            when = f" when `{condition_text(each.when)}`" if each.when else ""
+            yield f"`{request.name}`: {each.amount}{when}"
 
 
 def named(model: Model, name: str) -> list[Rule | Guard | Launch]:
