@@ -64,7 +64,8 @@ def _account(model: Model, account: Account) -> Iterator[str]:
     yield f"why {_short(model, account.action) if account.action else 'nothing was done'}: {account.text}"
     for verdict in account.deciding:
         yield from _verdict(verdict)
-    yield from _grouped((verdict for verdict in account.others if verdict.demand != "nothing"), "also ")
+    besides = "also " if account.deciding else ""
+    yield from _grouped((verdict for verdict in account.others if verdict.demand != "nothing"), besides)
     yield from _grouped((verdict for verdict in account.others if verdict.demand == "nothing"), "")
 
 
