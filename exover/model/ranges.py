@@ -1,8 +1,8 @@
 """Comparisons that have the same truth value in every state.
 
 The ranges decide them: `wind > 99` for a wind in 0 .. 60, `used(power) > 80` if all users together have 60, and
-`wind in 5 .. 3`; or the values that are ever set: `place == cabin` for a module state that no clause sets to `cabin`;
-or both sides are one term: `side == side`, where `side == self.side` was meant.
+`wind in 5 .. 3`; or the values that are ever set: `place == cabin` for a module state that no clause sets to `cabin`,
+and a latch whose condition is fixed; or both sides are one term: `side == side`, where `side == self.side` was meant.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,9 +29,10 @@ from exover.model.expression import (
     atoms,
     leaves,
 )
-from exover.model.model import Model, Parameter, Request, SetState
+from exover.model.kleene import truth
+from exover.model.model import Latch, Model, Parameter, Request, SetState
 from exover.model.shares import most_held
-from exover.model.types import Int, Real, Type
+from exover.model.types import Int, Real, Type, Value
 from exover.model.wording import condition_text, term_text, value_text
 
 Number = int | float
@@ -52,8 +53,8 @@ class FixedComparison:
 
 
 def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
-    """Yield the empty ranges, then the comparisons of numbers that ranges decide, those of a module state with a
-    constant that the values decide which the state can have, and those of a term with itself, in the order of the text,
+    """Yield the empty ranges, then the comparisons of numbers that ranges decide, those of a state or a latch with a
+    constant that the values decide which it can have, and those of a term with itself, in the order of the text,
     those inside `with` included.
 
     `params`: the parameters that the condition may read. Comparisons of two constants are not yielded, nor
@@ -125,25 +126,44 @@ def _of_one(atom: Compare, outer: Types) -> FixedComparison | None:
 
 
 def _of_state(model: Model, atom: Compare) -> FixedComparison | None:
-    """Return a comparison of a module state with a constant if all values that the state can have decide it alike.
-
-    These are its initial value and those that `on` clauses set.
-    """
+    """Return a comparison of a module state or a latch with a constant if all values it can have decide it alike."""
     match atom.left, atom.right:
-        case (Reading(name), Const(value)) | (Const(value), Reading(name)) if name in model.variable:
-            variable = model.variable[name]
+        case (Reading(name), Const(value)) | (Const(value), Reading(name)):
+            values, why = _values_of(model, name)
         case _:
             return None
+    pairs = ((each, value) if isinstance(atom.left, Reading) else (value, each) for each in values)
+    truths = {OPERATORS[atom.operator](*pair) for pair in pairs}
+    return FixedComparison(condition_text(atom), truths.pop(), why) if len(truths) == 1 else None
+
+
+def _values_of(model: Model, name: str) -> tuple[tuple[Value, ...], str]:
+    """Return the values that a module state or a latch can have, and in words why; none if that is not known.
+
+    Those of a state are its initial value and those that `on` clauses set; a latch has one if its condition is fixed.
+    """
+    variable = model.variable.get(name)
+    if variable is None:
+        return _values_of_latch(model, next(latch for latch in model.latches if latch.name == name))
     if variable.kind != "state":
-        return None
+        return (), ""
     effects = (each for request in model.requests for each in request.effects)
     set_to = (each.value for each in effects if isinstance(each, SetState) and each.state == name)
     values = tuple(dict.fromkeys((variable.initial, *set_to)))
-    pairs = ((each, value) if isinstance(atom.left, Reading) else (value, each) for each in values)
-    truths = {OPERATORS[atom.operator](*pair) for pair in pairs}
-    if len(truths) != 1:
-        return None
-    return FixedComparison(condition_text(atom), truths.pop(), f"{name} is {' or '.join(map(value_text, values))}")
+    return values, f"{name} is {' or '.join(map(value_text, values))}"
+
+
+def _values_of_latch(model: Model, latch: Latch) -> tuple[tuple[Value, ...], str]:
+    fixed = truth(latch.condition, lambda part: _known(model, part))
+    why = (
+        f"`{each.comparison}` is {value_text(each.truth)}, {each.ranges}" for each in decided(model, latch.condition)
+    )
+    return ((), "") if fixed is None else ((fixed,), "; ".join(dict.fromkeys(why)))
+
+
+def _known(model: Model, part: Cond) -> bool | None:
+    found = _fixed(model, part, {}, {}) if isinstance(part, Compare) else None
+    return None if found is None else found.truth
 
 
 def _decided(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComparison | None:

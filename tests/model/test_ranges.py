@@ -33,6 +33,8 @@ def test_a_term_beside_a_constant_is_decided_as_all_its_values_are(number: int, 
 SPEC = """spec s; enum e { a, b } poster at: e = a; poster on: bool = true;
 poster free: real = 0; poster t: real in 0 .. 10 = 0;
 resource fuel: 8 consumable; resource power: 9;
+latch gale: when t > 10 until m.s; latch windy: when t > 9 until m.s; latch lit: when on or t >= 0 until m.s;
+latch both: when gale and on until m.s;
 module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
     request s() { on ok set pose = out_b; on launch set k = 5; }
     request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1;
@@ -66,6 +68,13 @@ module m { state pose: { in_a, out_b, up } = in_a; state k: int in 0 .. 9 = 2;
         (
             "not past(m.r with n == n)",
             ["`n == n` is true whatever happens: both sides are the same; did you mean `self.n`?"],
+        ),
+        ("lit or windy", ["`lit` is true whatever happens: `t >= 0` is true, t lies in 0 .. 10"]),
+        (
+            "not both",
+            [
+                "`both` is false whatever happens: `gale` is false, `t > 10` is false, t lies in 0 .. 10",
+            ],
         ),
         ("3 < m.k and m.k != 3", ["`m.k != 3` is true whatever happens: m.k is 2 or 5"]),
     ],
