@@ -96,7 +96,7 @@ class ProofSearch:
         """
         if finding.verdict == "unknown" or claim.formula is None:
             raise Unsaid("the question has no answer")
-        if finding.message in (CONTRADICTION, UNFAIR):
+        if finding.message.startswith((CONTRADICTION, UNFAIR)):
             raise Unsaid("that the assumptions contradict each other is no part of the claim")
         holds = finding.verdict == "holds"
         if claim.linear and not holds:

@@ -13,13 +13,14 @@ from random import Random
 from typing import Literal
 
 from exover.checks.causes.hindrances import changed, hindering, made_by, reason_reads, settings, touches
-from exover.checks.causes.near_events import arguments, least_arguments, onward
+from exover.checks.causes.near_events import arguments, least_arguments, observations, onward, reports
+from exover.checks.causes.property_detail import conditions
 from exover.checks.causes.shadowing import Tried, WithoutRules
 from exover.checks.causes.toward import toward
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
 from exover.model.evaluate import holds
-from exover.model.event import Args, Ask
+from exover.model.event import Args, Ask, Event
 from exover.model.expression import Cond
 from exover.model.model import Launch, Request
 from exover.model.property import Assumption
@@ -76,6 +77,7 @@ class Obstacles:
     assumptions: Sequence[Assumption]
     is_late: Callable[[], bool] = lambda: False
     _lasting: dict[tuple[object, str], tuple[State, Blocked | None]] = field(default_factory=dict)
+    _broken: dict[object, list[tuple[Assumption, ...]]] = field(default_factory=dict)
 
     def blocked(self, state: State, name: str) -> Blocked | None:
         """Return what keeps a request from a launch: with the waiting arguments if it waits, else with those that leave
@@ -177,6 +179,24 @@ class Obstacles:
             return None
         args, broken = forbids[0]
         return Forbidden(self.reference.model.request[name], args, broken[0])
+
+    def least_broken(self, state: State) -> list[tuple[Assumption, ...]]:
+        """Return what steps from a state break of the assumptions, of those tried that break the fewest, in order."""
+        key = state.key()
+        if key not in self._broken:
+            tried = (Tried(self.reference, self.assumptions, state, event) for event in self._events(state))
+            found = list(dict.fromkeys(each.forbids for each in tried))
+            fewest = min(map(len, found), default=0)
+            ranked = sorted(found, key=lambda broken: [self.assumptions.index(each) for each in broken])
+            self._broken[key] = [each for each in ranked if len(each) == fewest]
+        return self._broken[key]
+
+    def _events(self, state: State) -> Iterator[Event]:
+        """Yield an ask of each request, reports of what is active, and observations near all constants."""
+        model = self.reference.model
+        yield from observations(model, (each for assumed in self.assumptions for each in conditions(assumed.formula)))
+        yield from reports(model, state, Random(0))
+        yield from (Ask(each.name, args) for each in model.requests for args in _tried(each))
 
     def _asked(self, state: State, name: str, args: Args) -> Tried:
         return Tried(self.reference, self.assumptions, state, Ask(name, args))

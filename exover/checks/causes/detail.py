@@ -14,7 +14,7 @@ from exover.checks.causes.blocked_detail import (
     refused,
 )
 from exover.checks.causes.blocking import Obstacles
-from exover.checks.causes.broken_finding import BrokenFinding, never_launched
+from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, never_launched
 from exover.checks.causes.cause_wording import arguments_read, read_there
 from exover.checks.causes.excluded import crowded, facts, forbidden, unset, unwaiting
 from exover.checks.causes.property_detail import (
@@ -33,7 +33,7 @@ from exover.checks.causes.shadow_detail import of_reachability, of_redundancy, o
 from exover.checks.causes.shadowing import RULES, WithoutRules, shadows
 from exover.checks.finding import Finding
 from exover.checks.questions.property import BROKEN, VIOLATED, named
-from exover.loop.claim import CONTRADICTORY
+from exover.loop.claim import CONTRADICTION, CONTRADICTORY
 from exover.model.expression import Cond
 from exover.model.model import Consumption, Location, Model, Parameter, Share
 from exover.model.property import Atom, Formula, Properties
@@ -67,10 +67,12 @@ def detailed(
     looks = searched and not contradictory and not is_late()
     looking = shadows(reference, without, properties.assumptions, findings) if looks else None
     for finding in findings:
-        add = DETAILS.get(finding.check)
-        if finding.verdict != "violated" or CONTRADICTORY in finding.message:
+        stuck = finding.message == CONTRADICTION
+        add = _contradiction if stuck else DETAILS.get(finding.check)
+        shown = stuck or finding.check in RUNLESS or (finding.trace and finding.trace.moments)
+        if finding.verdict != "violated" or (CONTRADICTORY in finding.message and not stuck):
             yield finding
-        elif contradictory and finding.check not in RUNLESS and not (finding.trace and finding.trace.moments):
+        elif contradictory and not shown:
             yield replace(finding, message=f"{CONTRADICTORY}, mend that first; {finding.message}")
         elif add is None:
             yield finding
@@ -129,6 +131,15 @@ def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
 
 
 # ---- by check ----
+
+
+def _contradiction(broken: BrokenFinding) -> str:
+    """Return that the assumptions forbid every step, and which of them the steps break that break the fewest."""
+    least = (
+        broken.obstacles.least_broken(broken.end) if broken.end is not None and not broken.obstacles.is_late() else []
+    )
+    told = [" and ".join(f"that at {each.location}" for each in both) for both in least[:SHADOWS] if both]
+    return "; ".join([broken.finding.message, *([f"steps there break {', or '.join(told)}"] if told else [])])
 
 
 def _completeness(broken: BrokenFinding) -> str:
