@@ -152,6 +152,8 @@ def value_hint(at: Unexpected) -> str:
     text, expected = at.text, at.expected
     if at.before is None or at.keyword not in _VALUED or (at.keyword == "request" and text not in ("+", "-", "*")):
         return ""
+    if at.token.kind == STRING and {"true", INT, NAME} <= expected:
+        return "an enum value is written without quotes"
     behind = at.before.kind in (NAME, INT, NUMBER, "true", "false") and not expected & {":", "(", "..", "of"}
     computed = text in ("+", "-", "*", "/") or (text in ("and", "or", ".") and "->" not in expected)
     if behind and computed and "," in expected and text in ("and", "or", "&"):
@@ -275,6 +277,9 @@ def condition_hint(at: Unexpected) -> str:
         )
     if (text == "(" or token.kind == NAME) and previous in ("never", "always", "possible") and "by" in expected:
         return f"`{previous}` is no condition: `forbid` says what must not be"
+    operand = token.kind in (NAME, INT, NUMBER) or text in ("(", "not")
+    if at.named and previous in ("when", "if", "unless") and at.keyword in ("check", "forbid") and operand:
+        return f"leave out `{previous}`: `{at.keyword}` takes the condition itself, `{at.keyword} LABEL: CONDITION;`"
     return _applied(at) or _WORDS.get(text.lower(), "")
 
 

@@ -124,6 +124,8 @@ def form_hint(at: Unexpected) -> str:
         return f"`{text}` stands at the beginning of a property; inside, a formula has `G`: `ltl G CONDITION`"
     if text == "before" and "and" in expected:
         return _BEFORE
+    if "from" in at.opened and "possible" in expected and at.token.kind == NAME:
+        return "write `from CONDITION possible CONDITION`; what must come is `always (CONDITION leads to CONDITION)`"
     return ""
 
 
