@@ -1,19 +1,23 @@
 """What keeps a condition from being true in any run, by its form and that of the rules, without a run."""
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 from exover.checks.causes.broken_finding import listed
 from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Const, Count, ModelTerm, Not, Param, Status, Used
 from exover.model.kleene import truth
-from exover.model.model import Model, SetState
+from exover.model.model import Model, Rule, SetState
 from exover.model.property import Atom, Formula, Happened
 from exover.model.reads import Read, reads
+from exover.model.shares import most_held
 from exover.model.state import resting
 from exover.model.types import Value
 from exover.model.waiting import may_wait
+
+MOST_TAKING = 16
+"""The greatest number of requests of a resource or a limit of which all sets are looked at."""
 
 
 def facts(parts: Iterable[Formula]) -> list[Cond]:
@@ -91,6 +95,46 @@ def _held(model: Model, slots: Counter[str], resource: str) -> int:
     """Return the least that these slots hold of a resource together while they are active."""
     shares = ((slots[each.name], share) for each in model.requests for share in each.shares)
     return sum(count * share.amount for count, share in shares if share.resource == resource and share.when is None)
+
+
+def kept(model: Model, name: str) -> Iterator[str]:
+    """Yield, in words, how much of a resource or of a limit is taken at most at a time since rules exclude pairs of
+    requests, if that keeps it.
+    """
+    for rule in (each for each in model.rules if each.name == name):
+        match rule.condition:
+            case Compare(">", Used(resource), Const(int(most))):
+                weights = {each.name: each.instances * most_held(model, each, resource) for each in model.requests}
+            case Compare(">", Count(requests), Const(int(most))):
+                weights = {each: model.request[each].instances for each in requests}
+            case _:
+                continue
+        taking = {each: weight for each, weight in weights.items() if weight}
+        pairs = {pair: other.name for other, pair in _pairs(model) if pair <= taking.keys()}
+        taken = _heaviest(taking, pairs.keys()) if len(taking) <= MOST_TAKING else most + 1
+        if pairs and taken <= most:
+            names = tuple(dict.fromkeys(pairs.values()))
+            yield f"{listed(names)} leave{'s' * (len(names) == 1)} at most {taken} of {most} taken at a time"
+
+
+def _pairs(model: Model) -> Iterator[tuple[Rule, frozenset[str]]]:
+    """Yield the rules that exclude two requests whatever else holds, each with the two."""
+    for rule in model.rules:
+        match rule.condition:
+            case And((Status("active", one, None), Status("active", other, None))) if rule.slot_of is None:
+                yield rule, frozenset((one, other))
+            case _:
+                pass
+
+
+def _heaviest(weights: Mapping[str, int], pairs: Collection[frozenset[str]]) -> int:
+    """Return the greatest weight of requests of which no two are a pair."""
+    if not weights:
+        return 0
+    name, *others = weights
+    apart = {each: weights[each] for each in others if frozenset((name, each)) not in pairs}
+    rest = {each: weights[each] for each in others}
+    return max(weights[name] + _heaviest(apart, pairs), _heaviest(rest, pairs) if len(apart) < len(rest) else 0)
 
 
 def unset(model: Model, known: Iterable[Cond], unlaunched: Collection[str]) -> Iterator[str]:

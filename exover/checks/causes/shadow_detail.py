@@ -4,6 +4,7 @@ from collections.abc import Collection, Iterator
 
 from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, decide_text, forbid_text, listed, never_launched
 from exover.checks.causes.cause_wording import beyond_capacity
+from exover.checks.causes.excluded import kept
 from exover.checks.causes.shadowing import Shadowing
 from exover.checks.questions.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
 from exover.checks.questions.rule_use import VIOLATED as UNNAMED
@@ -42,6 +43,7 @@ def _unnamed(broken: BrokenFinding) -> str:
         )
     if shadowing.unassumed and not causes:
         causes.append(f"without the assumptions, {listed(shadowing.unassumed)} would decide in its place")
+    causes += [] if causes else kept(model, name)
     if stands == "idle" and not causes:
         causes.append(UNCALLED)
     return "; ".join([f"{never}: {'; '.join(causes)}" if causes else never, advice])

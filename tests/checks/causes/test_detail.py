@@ -579,6 +579,14 @@ def test_what_is_never_possible_is_told_with_the_rules_that_forbid_it(wanted: st
     assert message == "no run comes to a moment in which it is true" + (f"; {told}" if told else "")
 
 
+def test_what_rules_leave_of_a_resource_that_is_never_exceeded_is_told() -> None:
+    spec = """spec s; resource kw: 90 by wait;
+    module m { request a() { uses kw 40; } request b() { uses kw 40; } request c() { uses kw 40; } }
+    mutex one: m.a, m.b, m.c;"""
+    told = found(spec)["rule-use", "kw"].message
+    assert told == "it never acts: `one` leaves at most 40 of 90 taken at a time; correct it or take it out"
+
+
 def test_a_guard_that_ranges_decide_says_so() -> None:
     said = {key: each.message for key, each in found(SPEC).items()}
     one, other = "wind lies in 0 .. 60", "wind lies in 0 .. 60 and k lies in 2 .. 4"
