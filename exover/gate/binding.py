@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from exover.dataclass import dataclass
 from exover.gate.fields import FieldPath, ValueField, is_list, same, select
+from exover.model.event import Args
 
 BindingKind = Literal["tool", "action", "service"]
 KINDS: tuple[BindingKind, ...] = ("tool", "action", "service")
@@ -16,8 +17,8 @@ WatchKind = Literal["tool", "notification", "topic"]
 SOURCES: tuple[WatchKind, ...] = ("tool", "notification", "topic")
 StatusMeaning = Literal["running", "ok", "interrupted", "failed"]
 MEANINGS: tuple[StatusMeaning, ...] = ("running", "ok", "interrupted", "failed")
-MAX_LINE = 4 << 20
-"""The default of `max-line`: bytes of the longest message."""
+STOP = 5.0
+"""The default of `stop`: seconds within which what is cancelled has to report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +26,12 @@ class Defaults:
     """The keys of `[gate]` that hold for the whole binding."""
 
     spec: str
-    unbound: Literal["deny", "pass"] = "deny"
-    passed: tuple[str, ...] = ()
-    hide: bool = True
-    methods: Literal["pass", "deny"] = "pass"
-    max_line: int = MAX_LINE
-    client_death: Literal["abort", "leave"] = "abort"
+    unbound: Literal["deny", "pass"]
+    passed: tuple[str, ...]
+    hide: bool
+    methods: Literal["pass", "deny"]
+    max_line: int
+    client_death: Literal["abort", "leave"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +39,8 @@ class CancelTool:
     """The tool call that stops a request; `ends` iff its response says that the request has stopped."""
 
     tool: str
-    arguments: Mapping[str, Any] = field(default_factory=dict)
-    ends: bool = False
+    arguments: Mapping[str, Any]
+    ends: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ class RequestBinding:
     constants: tuple[tuple[FieldPath, Any], ...] = ()
     wait: float | None = None
     answer: float | None = None
-    stop: float = 5.0
+    stop: float = STOP
     cancel: CancelTool | None = None
     started: bool = False
     starts_idle: bool = False
@@ -118,6 +119,11 @@ class RequestBinding:
         ]
         return [*(each.path for each in self.arguments), *fixed]
 
+    def own_values(self, args: Args) -> list[tuple[FieldPath, Any]]:
+        """Return the values, by path, of a call that the gate makes itself."""
+        given = [(each.path, each.write(value)) for each, value in zip(self.arguments, args, strict=True)]
+        return [*given, *self.when, *self.constants]
+
     def meant(self, arguments: Any) -> bool:
         """Return whether a call with these outer arguments is of this request."""
         return not self.when or all(same(select(arguments, path), value) for path, value in self.when)
@@ -151,9 +157,9 @@ class Binding:
     """A binding without a mistake, for one spec; all in the order of the file."""
 
     gate: Defaults
-    requests: tuple[RequestBinding, ...] = ()
-    watches: tuple[Watch, ...] = ()
-    posters: tuple[PosterBinding, ...] = ()
+    requests: tuple[RequestBinding, ...]
+    watches: tuple[Watch, ...]
+    posters: tuple[PosterBinding, ...]
 
     @property
     def longest_stop(self) -> float:

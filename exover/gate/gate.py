@@ -34,13 +34,8 @@ from exover.run.simulate import Engine
 
 Clock = Callable[[], float]
 """Returns a monotonic time in seconds."""
-
-
-class Journal(Protocol):
-    """Takes each decision before its effects go out: an object of the log (docs/gate.md), without its time."""
-
-    def __call__(self, entry: str) -> None:
-        """Take one entry, as the text of a JSON object."""
+Journal = Callable[[str], None]
+"""Takes each decision before its effects go out: the text of an object of the log (docs/gate.md), without its time."""
 
 
 class Transport(Protocol):
@@ -222,8 +217,7 @@ class Gate:
 
     def falls_back(self, name: str) -> bool:
         """Return whether a poster has an `else` value, which it reads when it cannot be read."""
-        known = self.model.variable.get(name)
-        return known is not None and known.fallback is not None
+        return name in self.model.variable and self.model.variable[name].fallback is not None
 
     def unread(self, name: str) -> None:
         """Observe the `else` value of a poster that cannot be read, if it has one."""

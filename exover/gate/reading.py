@@ -7,9 +7,9 @@ from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.gate import schema
 from exover.gate.binding import (
     KINDS,
-    MAX_LINE,
     MEANINGS,
     SOURCES,
+    STOP,
     Binding,
     CancelTool,
     Defaults,
@@ -32,8 +32,8 @@ from exover.source import Source
 from exover.toml import KeyPath, read_toml
 
 K = TypeVar("K", bound=str)
-STOP = 5.0
-"""The default of `stop`: seconds within which what is cancelled has to report."""
+MAX_LINE = 4 << 20
+"""The default of `max-line`: bytes of the longest message."""
 
 
 def read_binding(source: Source, model: Model) -> tuple[Binding | None, tuple[Diagnostic, ...]]:

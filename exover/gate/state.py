@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 from exover.dataclass import dataclass
+from exover.gate.binding import STOP
 from exover.gate.outer import CallId
 from exover.model.event import Args, Observe
 from exover.model.state import SlotId
@@ -21,7 +22,7 @@ class Times:
 
     wait: float | None = None
     answer: float | None = None
-    stop: float = 5.0
+    stop: float = STOP
 
 
 USUAL = Times()

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from exover.gate.binding import Binding, PosterBinding, ReportBinding, RequestBinding, Watch
+from exover.gate.binding import PosterBinding, ReportBinding, RequestBinding, Watch
 from exover.gate.fields import Missing, UnreadableField, select
 from exover.gate.gate import Gate
 from exover.gate.outer import Alarm, SlotSaid
@@ -164,8 +164,3 @@ def _results(report: ReportBinding, document: Any) -> Iterable[tuple[str, Any]]:
             yield field.name, field.read(document)
         except UnreadableField:
             continue
-
-
-def all_bound(binding: Binding) -> frozenset[str]:
-    """Return the names of the bound requests."""
-    return frozenset(bound.request for bound in binding.requests)

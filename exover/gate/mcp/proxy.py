@@ -30,7 +30,7 @@ from exover.gate.outer import (
     Stop,
     reason_text,
 )
-from exover.gate.watching import Watching, all_bound
+from exover.gate.watching import Watching
 from exover.model.event import Args
 from exover.model.state import SlotId
 from exover.model.wire import Json
@@ -140,7 +140,7 @@ class McpProxy:
     def server_gone(self) -> None:
         """Tell the gate that the server has died, and answer the client's open requests with errors."""
         unanswered = self._server.gone()
-        self.gate.tell(ModuleGone(all_bound(self.gate.binding)))
+        self.gate.tell(ModuleGone(frozenset(bound.request for bound in self.gate.binding.requests)))
         for pending in unanswered:
             if pending.client_id is not None and pending.slot is None:
                 self._reply(pending, {"error": {"code": lines.SERVER_GONE, "message": "the server is gone"}})
@@ -353,9 +353,7 @@ class McpProxy:
     def _forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
         bound = self.gate.binding.of(slot[0])
         assert bound is not None, "what is not bound is neither asked for nor required"
-        self._server.forget(
-            lambda each: each.stops == slot
-        )  # they were of earlier launches, and say nothing of this one
+        self._server.forget(lambda each: each.stops == slot)  # of earlier launches, these say nothing of this one
         self._watching.forget(slot)
         found = self._client.call(call)
         params = {**found.params, "name": bound.inner} if found else self._server.own(own_call(bound, args))

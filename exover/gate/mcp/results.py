@@ -73,9 +73,7 @@ def ending(bound: RequestBinding, response: Message) -> tuple[Json | None, str]:
 def own_call(bound: RequestBinding, args: Args) -> Json:
     """Return the parameters of a `tools/call` that the gate makes itself, for what a launch rule requires."""
     arguments: Json = {}
-    for field, value in zip(bound.arguments, args, strict=True):
-        place(arguments, field.path, field.write(value))
-    for path, value in (*bound.when, *bound.constants):
+    for path, value in bound.own_values(args):
         place(arguments, path, value)
     return {"name": bound.inner, "arguments": {key: with_lists(value) for key, value in arguments.items()}}
 

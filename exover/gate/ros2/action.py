@@ -9,7 +9,7 @@ from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD, ID, NO_ID, GoalReply, Stamp
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
 from exover.gate.ros2.names import Port, PortPart
-from exover.gate.ros2.outside import CallReader, Outside, Servers, ending, own_values
+from exover.gate.ros2.outside import CallReader, Outside, Servers, ending
 from exover.gate.ros2.strays import AGAIN, Strays
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -144,7 +144,7 @@ class ActionProxy:
     def _own_goal(self, slot: SlotId, args: Args) -> ActionGoal | None:
         id = self._outside.new_id()
         try:
-            body = self._outside.codec.write(f"{self._type}_Goal", own_values(self._bounds[slot[0]], args))
+            body = self._outside.codec.write(f"{self._type}_Goal", self._bounds[slot[0]].own_values(args))
         except UnreadableField as why:
             self._gate.tell(Alarm("invalid", *slot, f"its goal cannot be written: {why}"))
             self._gate.report(slot, {"outcome": "failed"})

@@ -7,7 +7,6 @@ from exover.gate.binding import Binding, RequestBinding, Watch
 from exover.gate.fields import BOOLS, FieldPath, UnreadableField, ValueField
 from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import absolute, is_name, is_type
-from exover.gate.ros2.outside import own_values
 from exover.model.model import Model
 from exover.model.types import Bool, Enum
 from exover.model.wire_reading import domain
@@ -63,7 +62,7 @@ def unmade(model: Model, binding: Binding, interfaces: Interfaces) -> Iterator[s
         bound = binding.of(launch.request)
         if bound is not None:
             about, type_ = f"{launch.name}: ", f"{bound.type}_{'Goal' if bound.kind == 'action' else 'Request'}"
-            values = own_values(bound, launch.args)
+            values = bound.own_values(launch.args)
             yield from list(_unfit(about, interfaces, type_, values)) or _unwritten(about, interfaces, type_, values)
 
 

@@ -112,13 +112,9 @@ class Interfaces:
     def __init__(self, find: Find) -> None:
         self._find = find
         self._store = get_typestore(Stores.ROS2_JAZZY)
-        self.action_services()
+        self._sections(CANCEL, _CANCEL, PARTS["srv"])  # the cancel service, which all actions share
 
     # ---- which types there are ----
-
-    def action_services(self) -> None:
-        """Load the cancel service, which all actions share."""
-        self._sections(CANCEL, _CANCEL, PARTS["srv"])
 
     def load(self, name: str) -> None:
         """Load a type `package/kind/Name` and all types that it contains. Raises `UnknownType`."""

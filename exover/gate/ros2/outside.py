@@ -14,7 +14,6 @@ from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import Stamp
 from exover.gate.ros2.names import Port, absolute
 from exover.gate.watching import outcome_of
-from exover.model.event import Args
 from exover.model.state import SlotId
 
 Send = Callable[[Port, bytes, int], None]
@@ -177,12 +176,6 @@ class CallReader:
             return MeantCall(self._first, None, "unbound", "its arguments are those of no request")
         except UnreadableField as why:
             return MeantCall(self._first, None, "unreadable", str(why))
-
-
-def own_values(bound: RequestBinding, args: Args) -> list[tuple[FieldPath, Any]]:
-    """Return the values, by path, of a call that the gate makes itself."""
-    said = [(each.path, each.write(value)) for each, value in zip(bound.arguments, args, strict=True)]
-    return [*said, *bound.when, *bound.constants]
 
 
 def ending(

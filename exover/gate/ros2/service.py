@@ -10,7 +10,7 @@ from exover.gate.outer import Alarm, CallId, CancelRefused, SlotSaid, reason_tex
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD
 from exover.gate.ros2.names import Port, PortPart
-from exover.gate.ros2.outside import CallReader, Outside, Servers, ending, own_values
+from exover.gate.ros2.outside import CallReader, Outside, Servers, ending
 from exover.gate.watching import Watching
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -113,7 +113,7 @@ class ServiceProxy:
         self._outside.send(port, cdr.service(self._outside.own.header(port, (slot, self._round)), body), 0)
 
     def _own_body(self, slot: SlotId, args: Args) -> bytes:
-        return self._outside.codec.write(f"{self._type}_Request", own_values(self._bounds[slot[0]], args))
+        return self._outside.codec.write(f"{self._type}_Request", self._bounds[slot[0]].own_values(args))
 
     def hold(self, call: CallId) -> None:
         """Do nothing: the client of a held call just waits for the response."""
