@@ -3,45 +3,12 @@
 The names of `exover.library` can be used from here (docs/library.md). That module is imported at its first use, so that
 `import exover`, and with it the command, costs nothing.
 """
+# ruff: noqa: F403, F405
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from exover.library import (
-        NO_PROPERTIES,
-        Abort,
-        AbortWaiting,
-        Action,
-        Answer,
-        Ask,
-        Diagnostic,
-        Event,
-        Finding,
-        Findings,
-        Invalid,
-        Killed,
-        Launched,
-        Moment,
-        NativeUnavailable,
-        Observe,
-        Properties,
-        Rejected,
-        Report,
-        Spec,
-        SpecError,
-        Tables,
-        TablesError,
-        Trace,
-        Violated,
-        Waits,
-        check,
-        compile,
-        load,
-        load_properties,
-        load_tables,
-        loads,
-        simulate,
-    )
+    from exover.library import *
 
 __version__ = "0.1.0"
 __all__ = [
