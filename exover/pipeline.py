@@ -151,7 +151,7 @@ def check(
         store=store or NO_STORE,
     )
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
-    new = [finding for finding in shown if (finding.check, finding.subject) not in outcome.recalled]
+    new = [finding for finding in shown if finding.key not in outcome.recalled]
     if not new:
         pass
     elif outcome.interrupted:

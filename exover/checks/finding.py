@@ -14,6 +14,8 @@ FindingWord = Literal["ok", "violated", "warning", "note", "unknown"]
 """The word for a finding in reports: only a violated check of severity `error` is called violated."""
 BaselineStanding = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
+FindingKey = tuple[str, str]
+"""The check and the subject of a finding, unique in a report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,11 @@ class Finding:
     seconds: float = 0.0
     standing: BaselineStanding | None = None
     excuse: Excuse | None = None
+
+    @property
+    def key(self) -> FindingKey:
+        """The check and the subject."""
+        return self.check, self.subject
 
     @property
     def word(self) -> FindingWord:

@@ -7,7 +7,7 @@ from dataclasses import field, replace
 from typing import Protocol
 
 from exover.checks.causes.detail import detailed
-from exover.checks.finding import Counted, Finding
+from exover.checks.finding import Counted, Finding, FindingKey
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures, StoredLoop
 from exover.checks.schedule.engines import suited
@@ -40,10 +40,9 @@ class CheckOutcome:
     settled: "Settled | None" = field(default=None, compare=False, repr=False)
 
     @property
-    def recalled(self) -> frozenset[tuple[str, str]]:
-        """The findings that were read from the store, as pairs of check and subject."""
-        known = self.settled.answers.recalled.values() if self.settled else ()
-        return frozenset((finding.check, finding.subject) for finding in known)
+    def recalled(self) -> frozenset[FindingKey]:
+        """The findings that were read from the store."""
+        return frozenset(each.key for each in self.settled.answers.recalled.values()) if self.settled else frozenset()
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,8 @@ from exover.model.model import Model
 from exover.model.wording import visible
 from exover.pipeline import explain
 from exover.report import explanation as report
-from exover.report.recorded import Recorded, UnreadableReport, retell
+from exover.report.json import UnreadableReport
+from exover.report.recorded import Recorded, retell
 from exover.source import Source
 
 

@@ -8,7 +8,8 @@ from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import quote
 from exover.model.wording import visible
-from exover.report.recorded import Recorded, UnreadableReport, choose, read
+from exover.report.json import UnreadableReport
+from exover.report.recorded import Recorded, choose, read
 
 
 def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:

@@ -14,7 +14,8 @@ from exover.cli.streams import complain
 from exover.diagnostics import render_all
 from exover.places import refuse_irregular
 from exover.report.config import NO_CONFIG, Config, read_config
-from exover.report.policy import Baseline, Policy, Unusable, read_baseline
+from exover.report.json import UnreadableReport
+from exover.report.policy import Baseline, Policy, read_baseline
 
 
 def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection[str] | None, spec: str) -> Policy:
@@ -81,5 +82,5 @@ def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:
         return None
     try:
         return read_baseline(read_text(path), spec, file)
-    except Unusable as reason:
+    except UnreadableReport as reason:
         raise CliError(f"cannot use {shown(path)}: {reason}") from reason

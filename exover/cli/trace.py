@@ -8,7 +8,8 @@ from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.rendering import picture
-from exover.report.recorded import UnreadableReport, retell
+from exover.report.json import UnreadableReport
+from exover.report.recorded import retell
 
 
 def run(arguments: argparse.Namespace) -> int:

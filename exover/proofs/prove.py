@@ -126,7 +126,7 @@ class CertificateProver:
         """Return, by their terms, the formulas that are false after every step if the verdicts are right."""
         found: dict[str, Formula] = {}
         for finding in self.findings:
-            claim = self.claims[finding.check, finding.subject]
+            claim = self.claims[finding.key]
             if finding.verdict != "unknown" and claim.formula is not None and not claim.linear:
                 for formula in denied(claim.formula, finding.verdict == "holds"):
                     with suppress(Unsaid):
@@ -163,7 +163,7 @@ class CertificateProver:
         """Return a finding with its claim and its proof, or with the reason why it has none."""
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
-        asked, claim = self.claims[finding.check, finding.subject], None
+        asked, claim = self.claims[finding.key], None
         self.checker.deadline = min(process_time() + self.budget.proof, self._end)
         try:
             claim = self.statement.claim(asked)

@@ -9,7 +9,7 @@ from exover.model.event import Action, Invalid
 from exover.model.explanation import Account, Attempt, CounterfactualSearch, Demand, Explanation, Fact, RuleVerdict
 from exover.model.model import Model
 from exover.model.wire import action_json, event_json, indented
-from exover.model.wording import action_text, event_text, visible
+from exover.model.wording import action_text, counted, event_text, visible
 
 DEMANDS: dict[Demand, str] = {
     "nothing": "does not object",
@@ -105,7 +105,7 @@ def _short(model: Model, action: Action) -> str:
 
 
 def _search(model: Model, search: CounterfactualSearch) -> Iterator[str]:
-    changes = f"{search.tried} change{'' if search.tried == 1 else 's'}"
+    changes = counted(search.tried, "change")
     if search.turns:
         yield f"what would have turned the answer ({changes} tried):"
         for turn in search.turns:

@@ -2,15 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from exover.checks.finding import Finding
-
-FindingKey = tuple[str, str]
-"""The check and the subject of a finding, unique in a report."""
-
-
-def key(finding: Finding) -> FindingKey:
-    """Return the key of a finding."""
-    return finding.check, finding.subject
+from exover.checks.finding import Finding, FindingKey
 
 
 def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
@@ -19,10 +11,10 @@ def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
     A rule that `rule-use` finds useless is redundant and has idle remedies, and a rule that no remedy restores is not
     safe. A finding with another excuse than its cause is told by itself.
     """
-    violated = {key(finding): finding for finding in findings if finding.verdict == "violated"}
+    violated = {finding.key: finding for finding in findings if finding.verdict == "violated"}
     pairs = ((finding, cause) for finding in violated.values() for cause in _causes(finding))
     found = ((finding, violated[cause]) for finding, cause in pairs if cause in violated)
-    return {key(finding): cause for finding, cause in found if finding.excuse == cause.excuse}
+    return {finding.key: cause for finding, cause in found if finding.excuse == cause.excuse}
 
 
 def _causes(finding: Finding) -> Iterator[FindingKey]:

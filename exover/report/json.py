@@ -1,5 +1,6 @@
-"""The findings as one JSON object (docs/checks.md)."""
+"""The findings as one JSON object (docs/checks.md), and the first step of reading one."""
 
+import json
 from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any, assert_never
@@ -13,12 +14,7 @@ from exover.report.summary import BoundFigures, ModelFigures, Summary, TableFigu
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the object as text with a final newline."""
-    return written(document(summary, timings))
-
-
-def written(report: dict[str, Any]) -> str:
-    """Return an object as text with a final newline."""
-    return indented(report)
+    return indented(document(summary, timings))
 
 
 def document(summary: Summary, timings: bool) -> dict[str, Any]:
@@ -112,3 +108,20 @@ def _excuse(excuse: Excuse) -> dict[str, str]:
             return {"kind": "baseline"}
         case _:
             assert_never(excuse)
+
+
+# ---- reading ----
+
+
+class UnreadableReport(Exception):
+    """A text is no report, or none that can be used so; the message tells the user why."""
+
+
+def loaded(text: str) -> Any:
+    """Return the JSON value that a text is; raises `UnreadableReport` if it is none."""
+    try:
+        return json.loads(text)
+    except RecursionError as error:
+        raise UnreadableReport("it is nested too deep") from error
+    except ValueError as error:  # not JSON, or an integer of thousands of digits
+        raise UnreadableReport(f"it is not JSON: {error}") from error

@@ -92,17 +92,14 @@ def _rows(story: Story, name: str) -> Iterator[Row]:
         Row(f"[{slot}]" if several else "", tuple(_slot(state, name, slot) for state in story.states))
         for slot in range(story.model.request[name].instances)
     ]
-    rows.append(Row("place", tuple("" if not state.places[name] else _place(state, name) for state in story.states)))
+    places = (state.places[name] for state in story.states)
+    rows.append(Row("place", tuple(place_text(place) if place else "" for place in places)))
     yield from (row for row in rows if any(row.cells))
 
 
 def _slot(state: State, name: str, slot: int) -> str:
     content = state.slots[name][slot]
     return content.phase if content else ""
-
-
-def _place(state: State, name: str) -> str:
-    return place_text(state.places[name])
 
 
 def _readings(story: Story, marks: dict[str, dict[int, tuple[LaneMark, ...]]]) -> Iterator[Lane]:

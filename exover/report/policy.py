@@ -3,17 +3,17 @@
 No waiver excuses what a checked spec guarantees (docs/language.md section 6), and no baseline excuses an error.
 """
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from datetime import date
 from typing import Any, assert_never
 
-from exover.checks.finding import Baselined, BaselineStanding, Excuse, Finding, Waived
+from exover.checks.finding import Baselined, BaselineStanding, Excuse, Finding, FindingKey, Waived
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Location
+from exover.report.json import UnreadableReport, loaded
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
 """The errors that may be waived for a while: nothing unsafe happens, but something that is wanted does not."""
@@ -39,7 +39,7 @@ class Waiver:
         return f"{where.file}:{where.line}: the waiver of {self.check} {self.subject}"
 
 
-Baseline = Mapping[tuple[str, str], Verdict]
+Baseline = Mapping[FindingKey, Verdict]
 """The verdicts of an earlier report by check and subject."""
 
 
@@ -62,7 +62,7 @@ def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -
     A finding that does not hold is excused by its first waiver that has not expired, if it may be waived; else iff it
     is no error and the baseline has it with the same verdict or a worse one.
     """
-    waivers: dict[tuple[str, str], Waived] = {}
+    waivers: dict[FindingKey, Waived] = {}
     for waiver in _of(policy, spec):
         if waiver.expires >= today:
             waivers.setdefault((waiver.check, waiver.subject), Waived(waiver.reason, waiver.expires))
@@ -71,7 +71,7 @@ def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -
         standing = _standing(finding, policy.baseline)
         excuse: Excuse | None = None
         if finding.verdict != "holds":
-            waived = waivers.get((finding.check, finding.subject))
+            waived = waivers.get(finding.key)
             excuse = waived if waivable(finding.check, finding.severity) else None
             excuse = excuse or (Baselined() if _known(finding, policy.baseline) else None)
         return replace(finding, standing=standing, excuse=excuse)
@@ -81,7 +81,7 @@ def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -
 
 def remarks(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -> Iterator[str]:
     """Yield a warning for each waiver of a spec that has expired, or that matches no open finding."""
-    open_findings = {(finding.check, finding.subject) for finding in findings if finding.verdict != "holds"}
+    open_findings = {finding.key for finding in findings if finding.verdict != "holds"}
     for waiver in _of(policy, spec):
         if waiver.expires < today:
             yield f"{waiver.title} expired on {waiver.expires.isoformat()}: it no longer counts"
@@ -96,7 +96,7 @@ def _of(policy: Policy, spec: str) -> Iterator[Waiver]:
 def _standing(finding: Finding, baseline: Baseline | None) -> BaselineStanding | None:
     if baseline is None:
         return None
-    former = baseline.get((finding.check, finding.subject))
+    former = baseline.get(finding.key)
     if former is None:
         return "new"
     return "unchanged" if former == finding.verdict else "updated"
@@ -105,7 +105,7 @@ def _standing(finding: Finding, baseline: Baseline | None) -> BaselineStanding |
 def _known(finding: Finding, baseline: Baseline | None) -> bool:
     if baseline is None or finding.severity == "error":
         return False
-    former = baseline.get((finding.check, finding.subject), "holds")
+    former = baseline.get(finding.key, "holds")
     return ORDER.index(former) >= ORDER.index(finding.verdict)
 
 
@@ -120,28 +120,21 @@ def excuse_text(excuse: Excuse) -> str:
             assert_never(excuse)
 
 
-class Unusable(Exception):
-    """A text is no report that can be a baseline; the message tells the user why."""
-
-
 def read_baseline(text: str, spec: str, file: str = "") -> Baseline:
-    """Return the verdicts of a report of `exover check --format json` about a spec; raises `Unusable` for any other.
+    """Return the verdicts of a report of `exover check --format json` about a spec.
+
+    Raises `UnreadableReport` for any other text.
 
     In a report about several specs, the part of this spec counts, preferably of this file; empty if there is none.
     """
-    try:
-        report = json.loads(text)
-    except RecursionError as error:
-        raise Unusable("it is nested too deep") from error
-    except ValueError as error:  # not JSON, or an integer of thousands of digits
-        raise Unusable(f"it is not JSON: {error}") from error
+    report = loaded(text)
     if isinstance(report, dict) and isinstance(report.get("specs"), list):
         report = _part(report["specs"], spec, file)
     found = report.get("findings") if isinstance(report, dict) and report.get("tool") == "exover" else None
     if not isinstance(found, list):
-        raise Unusable("it is no report of `exover check --format json`")
+        raise UnreadableReport("it is no report of `exover check --format json`")
     if report.get("spec") != spec:
-        raise Unusable(f"it is about the spec {report.get('spec')}, not {spec}")
+        raise UnreadableReport(f"it is about the spec {report.get('spec')}, not {spec}")
     return dict(map(_entry, found))
 
 
@@ -152,10 +145,10 @@ def _part(reports: list[Any], spec: str, file: str) -> dict[str, Any]:
     return mine[0] if mine else {"tool": "exover", "spec": spec, "findings": []}
 
 
-def _entry(finding: Any) -> tuple[tuple[str, str], Verdict]:
+def _entry(finding: Any) -> tuple[FindingKey, Verdict]:
     if isinstance(finding, dict):
         check, subject, verdict = (finding.get(key) for key in ("check", "subject", "verdict"))
         for known in ORDER:
             if isinstance(check, str) and isinstance(subject, str) and verdict == known:
                 return (check, subject), known
-    raise Unusable("one of its findings has no check, subject or verdict")
+    raise UnreadableReport("one of its findings has no check, subject or verdict")

@@ -14,12 +14,8 @@ from exover.model.trace import run
 from exover.model.wire import action_json, indented
 from exover.model.wire_reading import read_event
 from exover.model.wording import action_text, visible
-from exover.report.json import steps_json
+from exover.report.json import UnreadableReport, loaded, steps_json
 from exover.report.story import Story, story_lines, story_of
-
-
-class UnreadableReport(Exception):
-    """A text is no report, or its trace is none of this spec; the message tells the user why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +50,7 @@ def read(text: str) -> tuple[Recorded, ...]:
 
     Raises `UnreadableReport` for any other text.
     """
-    try:
-        report = json.loads(text)
-    except RecursionError as error:
-        raise UnreadableReport("it is nested too deep") from error
-    except ValueError as error:  # not JSON, or an integer of thousands of digits
-        raise UnreadableReport(f"it is not JSON: {error}") from error
+    report = loaded(text)
     if isinstance(report, dict) and isinstance(report.get("specs"), list):
         return tuple(found for each in report["specs"] if not _unchecked(each) for found in _findings(each))
     return _findings(report)

@@ -96,7 +96,7 @@ def _rule(check: str, severity: str) -> dict[str, Any]:
 def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dict[str, Any]:
     kind = KINDS[finding.verdict]
     trace, excuse = finding.trace, finding.excuse
-    known = finding.check, finding.subject, finding.verdict
+    known = *finding.key, finding.verdict
     measured = {"seconds": round(finding.seconds, 6)} if timings else {}
     return {
         "ruleId": f"exover/{finding.check}",

@@ -6,6 +6,7 @@ from typing import Any, Literal, assert_never
 
 from exover import __version__
 from exover.loop.claim import Verdict
+from exover.model.wire import indented
 from exover.model.wording import counted, visible
 from exover.report import github, json, junit, sarif, text
 from exover.report.summary import Summary, Unchecked
@@ -60,7 +61,7 @@ def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: ReportFormat
             return "\n".join([*parts, _last(verdicts)])
         case "json":
             verdict = next((each for each in WORST if each in verdicts), "holds")
-            return json.written({"tool": "exover", "version": __version__, "verdict": verdict, "specs": list(parts)})
+            return indented({"tool": "exover", "version": __version__, "verdict": verdict, "specs": list(parts)})
         case "sarif":
             return sarif.written(list(parts))
         case "junit":

@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
-from exover.checks.finding import Baselined, Counted, Finding, Waived
+from exover.checks.finding import SEVERITIES, Baselined, Counted, Finding, FindingKey, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.trace import Trace
 from exover.model.wording import counted, visible
-from exover.report.grouped import FindingKey, grouped, key
+from exover.report.grouped import grouped
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
@@ -40,7 +40,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield _counts(summary, check, group, causes, timings)
         for finding in _told(group, causes):
-            yield from _finding(summary.model, finding, effects.get(key(finding), ()), shown)
+            yield from _finding(summary.model, finding, effects.get(finding.key, ()), shown)
     if summary.skipped:
         yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
@@ -97,15 +97,15 @@ def _states(states: Counted) -> str:
 
 
 def _worst(group: list[Finding]) -> Verdict:
-    return overall(group, frozenset({"error", "warning", "note"}))
+    return overall(group, frozenset(SEVERITIES))
 
 
 def _effects(findings: Iterable[Finding], causes: Mapping[FindingKey, Finding]) -> dict[FindingKey, list[Finding]]:
     """Return for the key of each cause the findings that are told under it, in their order."""
     effects: dict[FindingKey, list[Finding]] = {}
     for finding in findings:
-        if key(finding) in causes:
-            effects.setdefault(key(causes[key(finding)]), []).append(finding)
+        if finding.key in causes:
+            effects.setdefault(causes[finding.key].key, []).append(finding)
     return effects
 
 
@@ -127,15 +127,15 @@ def _counts(
 
 def _told(group: Iterable[Finding], causes: Mapping[FindingKey, Finding]) -> list[Finding]:
     """Return the findings that do not hold, violated ones first, but for those in `causes`."""
-    told = [finding for finding in group if finding.verdict != "holds" and key(finding) not in causes]
+    told = [finding for finding in group if finding.verdict != "holds" and finding.key not in causes]
     return sorted(told, key=lambda finding: ORDER.index(finding.verdict))
 
 
 def _part(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
     """Return the number of findings, all with one word, and the checks under which some of them are told."""
     word = alike[0].word
-    count = counted(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"
-    elsewhere = [causes[key(finding)].check for finding in alike if key(finding) in causes]
+    count = counted(len(alike), word) if word in SEVERITIES else f"{len(alike)} {word}"
+    elsewhere = [causes[finding.key].check for finding in alike if finding.key in causes]
     if not elsewhere:
         return count
     number = "" if len(elsewhere) == len(alike) else f"{len(elsewhere)} "
@@ -181,7 +181,7 @@ def _outcome(summary: Summary) -> str:
         return f"holds: all of {counted(total, 'finding')}"
     unmet = [finding for finding in summary.findings if finding.verdict != "holds" and not finding.excuse]
     violated = [finding.severity for finding in unmet if finding.verdict == "violated"]
-    parts = [counted(violated.count(s), s) for s in ("error", "warning", "note") if s in violated]
+    parts = [counted(violated.count(s), s) for s in SEVERITIES if s in violated]
     excuses = [type(finding.excuse) for finding in summary.findings]
     others = {
         "unknown": len(unmet) - len(violated),

@@ -19,7 +19,7 @@ from exover.pipeline import build, load
 from exover.rendering import picture, summarise
 from exover.report import json as json_report
 from exover.report.lanes import lanes_of
-from exover.report.recorded import Recorded, UnreadableReport, choose, read, retell
+from exover.report.recorded import Recorded, choose, read, retell
 from exover.report.story import Story, story_lines, story_of
 from exover.report.summary import ERRORS
 from exover.source import Source
@@ -191,7 +191,7 @@ def finding(**changes: object) -> str:
     ],
 )
 def test_what_is_no_report_is_refused_with_its_reason(text: str, reason: str) -> None:
-    with pytest.raises(UnreadableReport, match=reason):
+    with pytest.raises(json_report.UnreadableReport, match=reason):
         read(text)
 
 
@@ -229,7 +229,7 @@ def test_a_trace_of_another_spec_is_refused(step: int, event: object, reason: st
     (whole,) = read(finding())
     moments = list(whole.moments)
     moments[step - 1] = (event, moments[step - 1][1])
-    with pytest.raises(UnreadableReport, match=reason):
+    with pytest.raises(json_report.UnreadableReport, match=reason):
         retell(model_of(DEMO), replace(whole, moments=tuple(moments)))
 
 
@@ -241,13 +241,15 @@ def test_a_loop_that_does_not_come_back_is_refused() -> None:
         if loop_start == 2:
             assert retell(model, back) == told(model, lines, loop_start)
         else:
-            with pytest.raises(UnreadableReport, match=f"not come back to where it was after {loop_start} steps"):
+            with pytest.raises(
+                json_report.UnreadableReport, match=f"not come back to where it was after {loop_start} steps"
+            ):
                 retell(model, back)
 
 
 def test_a_spec_that_changed_since_is_refused() -> None:
     (whole,) = read(finding())
-    with pytest.raises(UnreadableReport, match=r"step 2 otherwise .*changed since"):
+    with pytest.raises(json_report.UnreadableReport, match=r"step 2 otherwise .*changed since"):
         retell(model_of(DEMO.replace("nd.stop over nd.goto", "nd.stop, nd.goto")), whole)
 
 

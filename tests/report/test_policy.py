@@ -16,7 +16,6 @@ from exover.report.config import read_config
 from exover.report.policy import (
     Baseline,
     Policy,
-    Unusable,
     Waiver,
     judge,
     read_baseline,
@@ -155,7 +154,7 @@ def test_a_report_is_a_baseline() -> None:
     ],
 )
 def test_what_is_no_baseline(content: str, reason: str) -> None:
-    with pytest.raises(Unusable, match=reason):
+    with pytest.raises(json_report.UnreadableReport, match=reason):
         read_baseline(content, "demo")
 
 

@@ -6,7 +6,7 @@ from itertools import islice
 
 from exover.checks.causes.blocking import Obstacles
 from exover.checks.causes.shadowing import Shadows
-from exover.checks.finding import Finding
+from exover.checks.finding import Finding, FindingKey
 from exover.dataclass import dataclass
 from exover.loop.claim import Verdict
 from exover.model.model import Model
@@ -29,8 +29,8 @@ class BrokenFinding:
     obstacles: Obstacles
     near: Shadows | None
     """Finds rules that decide first, in steps near runs; None if they are not to be looked for."""
-    verdicts: Mapping[tuple[str, str], Verdict]
-    """The verdicts of all findings, by check and subject."""
+    verdicts: Mapping[FindingKey, Verdict]
+    """The verdicts of all findings."""
     unlaunched: frozenset[str]
     """Requests of which a finding says that no run launches them."""
 

@@ -58,7 +58,7 @@ def detailed(
     reference = Reference(model)
     without = WithoutRules(model)
     obstacles = Obstacles(reference, without, properties.assumptions, is_late)
-    verdicts = {(each.check, each.subject): each.verdict for each in findings}
+    verdicts = {each.key: each.verdict for each in findings}
     broken = [each for each in findings if each.verdict == "violated"]
     dead = {each.subject for each in broken if each.check == "rule-use"}
     contradictory = any(CONTRADICTORY in each.message for each in broken)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Literal
 
-from exover.checks.finding import Finding
+from exover.checks.finding import Finding, FindingKey
 from exover.checks.questions.demands import demands
 from exover.checks.questions.question import Check, Context, Question, Subjects, launches
 from exover.loop.claim import Claim, Verdict
@@ -58,10 +58,10 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))
 
 
-def standing(model: Model, verdicts: Mapping[tuple[str, str], Verdict], name: str) -> Standing:
+def standing(model: Model, verdicts: Mapping[FindingKey, Verdict], name: str) -> Standing:
     """Return whether something that no answer names is idle or decides silently; `open` if `idle-guard` does not tell.
 
-    It decides silently iff all that it does is to keep waiting requests waiting. `verdicts`: by check and subject.
+    It decides silently iff all that it does is to keep waiting requests waiting. `verdicts`: of all findings.
     """
     subjects = (subject for subject, (label, _) in demands(model).items() if label[1] == name)
     said = {verdicts.get(("idle-guard", subject)) for subject in subjects}
