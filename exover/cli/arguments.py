@@ -20,7 +20,7 @@ from exover.cli.options import (
     which_finding,
 )
 from exover.cli.parsing import Parser, Verbs
-from exover.cli.values import REPORT_FORMATS, cores, domain, jobs, limit, output, renaming, seconds
+from exover.cli.values import REPORT_FORMATS, USUAL_JOBS, cores, domain, jobs, limit, output, renaming, seconds
 
 WITHOUT_OPTIONS = {
     "certificate": None,
@@ -296,7 +296,7 @@ def _audit(verbs: Verbs) -> None:
         metavar="N",
         type=jobs,
         default=cores(),
-        help="audit N missions at once (default: the cores, at most 8)",
+        help=f"audit N missions at once (default: the cores, at most {USUAL_JOBS})",
     )
     audit.add_argument(
         "--cluster", metavar="ADDRESS", help="spread them over a cluster of dask.distributed (extra exover[cluster])"

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from exover.checks.finding import Finding
 from exover.cli.engines import portfolio
-from exover.cli.files import read_properties, read_spec, refuse_unwritable, shown, write_one
+from exover.cli.files import print_or_write, read_properties, read_spec, refuse_unwritable, shown
 from exover.cli.named_files import refuse_twice
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import ProgressLine, complain, out
+from exover.cli.streams import ProgressLine, complain
 from exover.dataclass import dataclass
 from exover.diagnostics import did_you_mean
 from exover.limits import Limits, TimeUp, interrupted, limits_from
@@ -49,11 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         complain(f"exover: error: {limits.reason}: it is not known whether anything changes")
         return ExitStatus.UNKNOWN
-    text = told(compared, arguments.format)
-    if arguments.out is None:
-        out(text)
-    else:
-        write_one(arguments.out, text.encode("utf-8", "backslashreplace"))
+    print_or_write(arguments.out, told(compared, arguments.format))
     return _status(compared, arguments.deny_weaker)
 
 

@@ -4,7 +4,7 @@ import errno
 import os
 import stat
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import BinaryIO, TypeVar
 
 from exover.cli.replacing import replacing
 from exover.cli.status import CliError
-from exover.cli.streams import complain
+from exover.cli.streams import complain, out
 from exover.diagnostics import Diagnostic, render_all
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
@@ -40,7 +40,7 @@ def load_spec(path: str) -> tuple[Source, Model]:
 
 def model_of(loaded: Loaded) -> Model:
     """Return the model of a loaded spec; mistakes go to standard error, and `CliError` is raised."""
-    return _whole(loaded.model, loaded.diagnostics, loaded.source)
+    return whole(loaded.model, loaded.diagnostics, loaded.source)
 
 
 def load_file(path: str) -> Loaded:
@@ -65,7 +65,7 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
 def properties_of(source: Source, model: Model) -> Properties:
     """Return the properties in a file; mistakes go to standard error, and `CliError` is raised."""
     loaded = load_properties(source, model)
-    return _whole(loaded.properties, loaded.diagnostics, source)
+    return whole(loaded.properties, loaded.diagnostics, source)
 
 
 def the_properties(spec: str, name: str, option: str = "--properties") -> str | None:
@@ -88,14 +88,19 @@ def properties_files(spec: str, name: str) -> list[str]:
         raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
 
 
-def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
-    """Return the content; print its diagnostics, and raise `CliError` if it is None."""
+def whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
+    """Return the content of a file; print its diagnostics, and raise `CliError` if it is None."""
     if diagnostics:
         complain(render_all(diagnostics, source))
     if content is None:
-        mistakes = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
-        raise CliError(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
+        raise CliError(mistaken(diagnostics, source))
     return content
+
+
+def mistaken(diagnostics: Sequence[Diagnostic], source: Source) -> str:
+    """Return that a file has a mistake, or several."""
+    errors = sum(each.severity == "error" for each in diagnostics)
+    return f"{source.name} has {'a mistake' if errors == 1 else 'mistakes'}"
 
 
 def shown(path: str) -> str:
@@ -204,6 +209,14 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
             with suppress(OSError):  # not empty: everything is written
                 made.rmdir()
     return paths
+
+
+def print_or_write(path: str | None, text: str) -> None:
+    """Print a text, or write it to the file that `--out` names."""
+    if path is None:
+        out(text)
+    else:
+        write_one(path, text.encode("utf-8", "backslashreplace"))
 
 
 def write_one(path: str, content: bytes, option: str = "--out") -> list[str]:

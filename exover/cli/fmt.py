@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
-from exover.cli.files import read_language, shown, source_of, write_all
+from exover.cli.files import mistaken, read_language, shown, source_of, write_all
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.diagnostics import render_all
@@ -89,7 +89,7 @@ def _formatted(path: str, given: bytes) -> bytes:
     if text is None:
         complain(render_all(mistakes, source))
         left = "" if path == "-" else " and is left as it is"
-        raise _Mistaken(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}{left}")
+        raise _Mistaken(f"{mistaken(mistakes, source)}{left}")
     return text.encode("utf-8")
 
 

@@ -10,10 +10,9 @@ from time import monotonic
 
 from exover.checks.questions import SEVERITY
 from exover.checks.schedule.plan import CheckPlan
-from exover.cli.files import read_source, read_spec, shown, standard_input
+from exover.cli.files import read_source, read_spec, shown, standard_input, whole
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out, unwaited_complaints
-from exover.diagnostics import render_all
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, Journal, checker_of
 from exover.gate.journal import JournalFile, Take, no_journal, stamped
@@ -142,13 +141,7 @@ def _tell(text: str) -> None:
 def binding_of(path: str, model: Model) -> Binding:
     """Return the binding in a file; mistakes go to standard error, and `CliError` is raised."""
     source = read_source(path)
-    binding, diagnostics = read_binding(source, model)
-    if diagnostics:
-        complain(render_all(diagnostics, source))
-    if binding is None:
-        errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
-        raise CliError(f"{source.name} has {'a mistake' if errors == 1 else 'mistakes'}")
-    return binding
+    return whole(*read_binding(source, model), source)
 
 
 def _figures(binding: Binding, model: Model) -> str:

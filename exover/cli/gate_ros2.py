@@ -9,6 +9,7 @@ from uuid import uuid4
 from cyclonedds.core import DDSException
 
 from exover.cli.status import CliError
+from exover.cli.values import domain
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate
@@ -40,15 +41,15 @@ def offered(arguments: argparse.Namespace, model: Model, binding: Binding, tell:
         if not os.path.isdir(folder):
             raise CliError(f"--interfaces: {folder} is no folder")
     interfaces = Interfaces(finder(arguments.interfaces, os.environ))
-    domain = _domain() if arguments.domain is None else arguments.domain
-    inner = domain if arguments.inner_domain is None else arguments.inner_domain
-    wrong = list(mistakes(binding, interfaces, apart=inner != domain)) or list(unmade(model, binding, interfaces))
+    outer = _domain() if arguments.domain is None else arguments.domain
+    inner = outer if arguments.inner_domain is None else arguments.inner_domain
+    wrong = list(mistakes(binding, interfaces, apart=inner != outer)) or list(unmade(model, binding, interfaces))
     if arguments.decisions and not is_name(absolute(arguments.decisions)):
         wrong.append(f"--decisions: `{arguments.decisions}` is no name of ROS 2")
     if wrong:
         raise CliError("\n".join(wrong))
     try:
-        session = Ros2Session(binding, interfaces, domain, inner, tell)
+        session = Ros2Session(binding, interfaces, outer, inner, tell)
         publish = session.publish_decisions(arguments.decisions) if arguments.decisions else None
     except DDSException as error:
         raise CliError(
@@ -73,6 +74,7 @@ def now() -> Stamp:
 def _domain() -> int:
     """Return the domain that ROS 2 would take, of ROS_DOMAIN_ID; raises `CliError` if it is none."""
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
-    if not (text.isascii() and text.isdigit() and int(text) <= 232):
-        raise CliError(f"ROS_DOMAIN_ID is {text!r}, and no DDS domain")
-    return int(text)
+    try:
+        return domain(text)
+    except argparse.ArgumentTypeError as error:
+        raise CliError(f"ROS_DOMAIN_ID is {text!r}, and no DDS domain") from error

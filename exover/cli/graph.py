@@ -2,9 +2,9 @@
 
 import argparse
 
-from exover.cli.files import read_spec, write_one
+from exover.cli.files import print_or_write, read_spec
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import complain, out
+from exover.cli.streams import complain
 from exover.engines.process import NotRunnable
 from exover.graph.interactions import KINDS, InteractionGraph, InteractionKind, interactions
 from exover.graph.mermaid import MAX_EDGES
@@ -22,10 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
             advice = "take --format dot or mermaid; --only leaves edges out"
         raise CliError(f"cannot draw SVG: {reason}; {advice}") from reason
     _note(graph, arguments.format)
-    if arguments.out is None:
-        out(drawn)
-    else:
-        write_one(arguments.out, drawn.encode())
+    print_or_write(arguments.out, drawn)
     return ExitStatus.OK
 
 

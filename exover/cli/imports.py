@@ -5,11 +5,11 @@ import os
 import re
 from collections.abc import Sequence
 
-from exover.cli.files import read_source, write_one
+from exover.cli.files import print_or_write, read_source
 from exover.cli.named_files import outputs_of
 from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import complain, out
+from exover.cli.streams import complain
 from exover.imports.part import Imported, UnreadableDescription
 from exover.model.wording import visible
 from exover.source import Source
@@ -29,10 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise CliError(str(reason)) from reason
     for remark in imported.remarks:
         complain(f"exover: warning: {remark}")
-    if arguments.out is None:
-        out(imported.text)
-    else:
-        write_one(arguments.out, imported.text.encode())
+    print_or_write(arguments.out, imported.text)
     return ExitStatus.OK
 
 

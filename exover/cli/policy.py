@@ -7,11 +7,9 @@ from pathlib import Path
 
 from exover.checks.questions import SEVERITY
 from exover.checks.questions.choice import ALL, CheckSelection, asked, unknown
-from exover.cli.files import read_source, read_text, shown
+from exover.cli.files import read_source, read_text, shown, whole
 from exover.cli.repository import CONFIG, folders_up
 from exover.cli.status import CliError
-from exover.cli.streams import complain
-from exover.diagnostics import render_all
 from exover.places import refuse_irregular
 from exover.report.config import NO_CONFIG, Config, read_config
 from exover.report.json import UnreadableReport
@@ -31,10 +29,7 @@ def configured(arguments: argparse.Namespace) -> Config:
         return NO_CONFIG
     source = read_source(path)
     config, diagnostics = read_config(source, SEVERITY)
-    if diagnostics:
-        complain(render_all(diagnostics, source))
-        raise CliError(f"{source.name} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
-    return config
+    return whole(None if diagnostics else config, diagnostics, source)
 
 
 def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:

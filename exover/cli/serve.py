@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import Literal
 
 from exover.cli.files import read_spec
+from exover.cli.simulate import start
 from exover.cli.status import CliError
 from exover.cli.streams import complain, unwaited_complaints
 from exover.model.model import Model
@@ -35,18 +36,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _engine(stack: ExitStack, name: CheckerName | Literal["auto"], model: Model) -> tuple[Engine, CheckerName]:
-    """Return an engine that runs until the stack is left, and its name: that in C if there is a compiler."""
+    """Return an engine that runs until the stack is left, and its name; `auto` is C if there is a compiler."""
+    if name != "auto":
+        return start(stack, name, model), name
     from exover.engines.compiler import NativeUnavailable
 
-    choices: tuple[CheckerName, ...] = ("c", "tables") if name == "auto" else (name,)
-    for choice in choices:
-        try:
-            return stack.enter_context(engine(choice, model)), choice
-        except NativeUnavailable as reason:
-            if choice == choices[-1]:
-                raise CliError(str(reason)) from reason
-            complain(f"exover: note: the tables are walked in Python, which is slower: {reason}")
-    raise AssertionError("a choice is made or refused")
+    try:
+        return stack.enter_context(engine("c", model)), "c"
+    except NativeUnavailable as reason:
+        complain(f"exover: note: the tables are walked in Python, which is slower: {reason}")
+        return stack.enter_context(engine("tables", model)), "tables"
 
 
 @contextmanager

@@ -19,7 +19,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the answer to each event before the next is read, so that the command works as a coprocess too."""
     model = read_spec(arguments.spec)
     with open_events(arguments.events) as events, ExitStack() as stack:
-        chosen = _start(stack, arguments.engine, model)
+        chosen = start(stack, arguments.engine, model)
         for answer in _answers(model, chosen, arguments.events, events):
             if not out(f"{answer}\n"):
                 break
@@ -56,8 +56,8 @@ def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:
         raise CliError(f"cannot read {path}: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, name: CheckerName, model: Model) -> Engine:
-    """Return an engine that runs until the stack is left."""
+def start(stack: ExitStack, name: CheckerName, model: Model) -> Engine:
+    """Return an engine that runs until the stack is left; `CliError` if what it needs is not installed."""
     if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))
     from exover.engines.compiler import NativeUnavailable

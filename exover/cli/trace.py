@@ -2,11 +2,10 @@
 
 import argparse
 
-from exover.cli.files import read_spec, shown, write_one
+from exover.cli.files import print_or_write, read_spec, shown
 from exover.cli.findings import chosen
 from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import out
 from exover.rendering import picture
 from exover.report.json import UnreadableReport
 from exover.report.recorded import retell
@@ -21,9 +20,5 @@ def run(arguments: argparse.Namespace) -> int:
         story = retell(read_spec(spec), recorded)
     except UnreadableReport as reason:
         raise CliError(f"cannot use {shown(arguments.finding)}: {reason}") from reason
-    told = picture(recorded, story, arguments.format)
-    if arguments.out is None:
-        out(told)
-    else:
-        write_one(arguments.out, told.encode())
+    print_or_write(arguments.out, picture(recorded, story, arguments.format))
     return ExitStatus.OK
