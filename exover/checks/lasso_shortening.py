@@ -10,19 +10,11 @@ from dataclasses import field
 from itertools import starmap
 
 from exover.dataclass import dataclass
-from exover.loop.claim import Claim
+from exover.loop.claim import Claim, existential
 from exover.loop.formula_classes import lingering_of, path_of
 from exover.model.event import Event, Invalid, Observe, Report
 from exover.model.lasso import Lasso, endings, rearranged, related
-from exover.model.property import (
-    Formula,
-    Negation,
-    Properties,
-    SomeAlways,
-    SomeNext,
-    SomeUntil,
-    parts_of,
-)
+from exover.model.property import Formula, Negation, Properties
 from exover.model.run_moments import moments_of
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -45,7 +37,7 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     start, formula = trace.loop_start, claim.formula
     if start is None or formula is None or len(trace.moments) > LONGEST:
         return trace
-    if not claim.linear and not _is_of_one_run(formula, positive=False):
+    if not claim.linear and existential(formula):
         return trace
     shows = _Shows(reference, Negation(formula), claim.fair, properties)
     given = _Lasso(trace.events[:start], trace.events[start:])
@@ -179,17 +171,6 @@ def _reports(reference: Reference, state: State, most: int) -> tuple[Event, ...]
         found.append(Report(*active[0], "ok", tuple(least(each.type) for each in request.results)))
         state, _ = reference.step(state, found[-1])
     return tuple(found)
-
-
-def _is_of_one_run(formula: Formula, positive: bool) -> bool:
-    """Return whether one run shows that a formula of CTL, or its negation, is true: it says that some run exists."""
-    match formula:
-        case Negation(part):
-            return _is_of_one_run(part, not positive)
-        case SomeNext() | SomeUntil() | SomeAlways() if not positive:
-            return False
-        case _:
-            return all(_is_of_one_run(part, positive) for part in parts_of(formula))
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,12 +105,12 @@ def believed(claim: Claim, verdict: Verdict, shown: bool) -> bool:
     if verdict == "holds" and claim.coherent:
         return False
     said = claim.formula if verdict == "holds" else Negation(claim.formula)
-    return not _existential(said) or (shown and _shown_by_one(said))
+    return not existential(said) or (shown and _shown_by_one(said))
 
 
 def _shown_by_one(formula: Formula, positive: bool = True) -> bool:
     """Return whether one run shows all runs that a formula (or, unless `positive`, its negation) says there are."""
-    if not _existential(formula, positive):
+    if not existential(formula, positive):
         return True
     match formula:
         case Negation(part):
@@ -118,23 +118,26 @@ def _shown_by_one(formula: Formula, positive: bool = True) -> bool:
         case SomeNext(part):
             return positive and _shown_by_one(part)
         case SomeUntil(left, right):
-            return positive and not _existential(left) and _shown_by_one(right)
+            return positive and not existential(left) and _shown_by_one(right)
         case SomeAlways(part):
-            return positive and not _existential(part)
+            return positive and not existential(part)
         case Conjunction(parts) | Disjunction(parts):
             both = positive is isinstance(formula, Conjunction)
-            several = both and sum(_existential(part, positive) for part in parts) > 1
+            several = both and sum(existential(part, positive) for part in parts) > 1
             return not several and all(_shown_by_one(part, positive) for part in parts)
         case _:
             return False
 
 
-def _existential(formula: Formula, positive: bool = True) -> bool:
-    """Return whether a formula of CTL (or, unless `positive`, its negation) says anywhere that there is a run."""
+def existential(formula: Formula, positive: bool = True) -> bool:
+    """Return whether a formula of CTL (or, unless `positive`, its negation) says anywhere that there is a run.
+
+    Of any other formula, as those of ACTL, one run shows that it is false.
+    """
     match formula:
         case Negation(part):
-            return _existential(part, not positive)
+            return existential(part, not positive)
         case SomeNext() | SomeUntil() | SomeAlways() if positive:
             return True
         case _:
-            return any(_existential(part, positive) for part in parts_of(formula))
+            return any(existential(part, positive) for part in parts_of(formula))

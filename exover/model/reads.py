@@ -1,5 +1,6 @@
 """What a condition reads, by name: used for the rules in question, for wakeups and for cones of influence."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass  # that of exover has no order
 from typing import Literal
 
@@ -92,6 +93,13 @@ def launching(request: Request) -> frozenset[Read]:
 def users(model: Model, resource: str) -> tuple[str, ...]:
     """Return the requests that use a resource, in the order of the text."""
     return tuple(each.name for each in model.requests if any(share.resource == resource for share in each.shares))
+
+
+def active_reads(model: Model, rules: Iterable[Rule]) -> set[str]:
+    """Return the requests of which rules read whether they are active, or what they use of a resource."""
+    read = {each for rule in rules for each in rule_reads(rule)}
+    using = {name for each in read if each.kind == "used" for name in users(model, each.name)}
+    return using | {each.name for each in read if each.kind == "active"}
 
 
 def needs(cond: Cond, model: Model) -> frozenset[str] | None:

@@ -20,11 +20,8 @@ def observations(model: Model, further: Iterable[Cond] = ()) -> Iterator[Observe
     """Yield observations of the posters that rules and guards of a model, or `further` conditions, compare, with values
     around their constants, of each consumable at its capacity, and of those that requests consume empty.
     """
-    conditions = [rule.condition for rule in model.rules]
-    conditions += [guard.condition for request in model.requests for guard in request.guards]
-    conditions += further
     found: dict[str, dict[Value, None]] = {}
-    for condition in conditions:
+    for condition in (*objecting(model), *further):
         for name, value in _compared(condition):
             if name in model.variable and model.variable[name].kind == "poster":
                 kind = model.variable[name].type
@@ -33,6 +30,12 @@ def observations(model: Model, further: Iterable[Cond] = ()) -> Iterator[Observe
     yield from (Observe(name, value) for name, values in found.items() for value in values)
     yield from (Observe(each.name, each.capacity) for each in model.resources if each.consumable)
     yield from (Observe(each, 0) for each in sorted({e.resource for r in model.requests for e in r.consumptions}))
+
+
+def objecting(model: Model) -> list[Cond]:
+    """Return the conditions of the rules and guards of a model."""
+    guards = (guard.condition for request in model.requests for guard in request.guards)
+    return [*(rule.condition for rule in model.rules), *guards]
 
 
 def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:
@@ -97,11 +100,17 @@ def onward(
     for _ in range(WALKS):
         here = state
         for _ in range(STEPS):
-            event = _event(model, here, seen, often, random)
-            after, actions = reference.step(here, event)
-            if all(is_true(model, event, after, actions, each.formula) for each in assumptions):
+            after = assumed(reference, here, _event(model, here, seen, often, random), assumptions)
+            if after is not None:
                 here = after
                 yield here
+
+
+def assumed(reference: Reference, state: State, event: Event, assumptions: Sequence[Assumption]) -> State | None:
+    """Return the state after an event; None unless the assumptions are known to be true after that step."""
+    after, actions = reference.step(state, event)
+    known = (is_true(reference.model, event, after, actions, each.formula) for each in assumptions)
+    return after if all(known) else None
 
 
 def _event(model: Model, state: State, seen: Sequence[Observe], often: Sequence[Request], random: Random) -> Event:

@@ -8,7 +8,7 @@ from exover.model.expression import And, Compare, Cond, Count, Or, Status
 from exover.model.kleene import truth
 from exover.model.model import Kill, Model, Rule
 from exover.model.ranges import decided
-from exover.model.reads import reads, rule_reads, users
+from exover.model.reads import active_reads, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wording import remedy_text
@@ -98,10 +98,8 @@ def _rules(model: Model, name: str) -> list[Rule]:
 
 def _killable(model: Model, name: str) -> list[str]:
     """Return the requests that a kill of the rule may name: it reads their activity, or a resource that they use."""
-    reads = {read for rule in _rules(model, name) for read in rule_reads(rule)}
-    active = {read.name for read in reads if read.kind == "active"}
-    using = {name for read in reads if read.kind == "used" for name in users(model, read.name)}
-    return [request.name for request in model.requests if request.name in active | using]
+    read = active_reads(model, _rules(model, name))
+    return [request.name for request in model.requests if request.name in read]
 
 
 def _broken(reference: Reference, state: State, name: str) -> bool:

@@ -15,7 +15,7 @@ from dataclasses import field, replace
 from functools import cached_property
 from random import Random
 
-from exover.checks.causes.near_events import arguments, observations, onward, reports
+from exover.checks.causes.near_events import arguments, objecting, observations, onward, reports
 from exover.checks.finding import Finding
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY
@@ -23,7 +23,7 @@ from exover.model.event import Action, Ask, Event, Launched
 from exover.model.expression import Cond
 from exover.model.model import Model, Request, interruption
 from exover.model.property import Assumption
-from exover.model.reads import in_question, reads, rule_reads, users
+from exover.model.reads import active_reads, in_question, reads
 from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -201,7 +201,7 @@ class Shadows:
         """Return numbers of states: first a few in which most requests are active of which the rules of `only` read
         that they are, or what they use; then some from everywhere.
         """
-        read = _active_read(only)
+        read = sorted(active_reads(only, only.rules))
         nearest = sorted(range(len(self.states)), key=lambda number: -len(self.states[number].active(read)))
         return tuple(dict.fromkeys([*nearest[: STATES // 2], *self._everywhere]))
 
@@ -324,23 +324,13 @@ def shadows(
 
 def _latched(model: Model) -> list[Cond]:
     """Return the conditions of the latches that rules and guards read, themselves or by other latches."""
-    found = [rule.condition for rule in model.rules]
-    found += [guard.condition for request in model.requests for guard in request.guards]
-    read = {each.name for condition in found for each in reads(condition)}
+    read = {each.name for condition in objecting(model) for each in reads(condition)}
     latched = list[Cond]()
     for latch in reversed(model.latches):
         if latch.name in read:
             latched.append(latch.condition)
             read |= {each.name for each in reads(latch.condition)}
     return latched
-
-
-def _active_read(model: Model) -> list[str]:
-    """Return the requests of which rules read whether they are active, or what they use of a resource."""
-    read = {each for rule in model.rules for each in rule_reads(rule)}
-    active = {each.name for each in read if each.kind == "active"}
-    using = {name for each in read if each.kind == "used" for name in users(model, each.name)}
-    return sorted(active | using)
 
 
 def _rules(actions: Sequence[Action]) -> list[str]:

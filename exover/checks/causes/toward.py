@@ -11,13 +11,12 @@ from itertools import count
 from random import Random
 
 from exover.checks.causes.hindrances import settings, touches
-from exover.checks.causes.near_events import arguments, least_arguments, observations, reports
+from exover.checks.causes.near_events import arguments, assumed, least_arguments, observations, reports
 from exover.model.event import Ask, Event, Observe
 from exover.model.expression import Cond
 from exover.model.model import Model, Request
 from exover.model.property import Assumption
 from exover.model.reads import Read, reads, rule_reads, users
-from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.state import State
 
@@ -51,11 +50,10 @@ def toward(
         if event is None:
             continue
         heappush(left, (amount, spent + 1, place, here, events))
-        after, actions = reference.step(here, event)
-        key = after.key()
-        if key in seen or not all(is_true(model, event, after, actions, each.formula) for each in assumptions):
+        after = assumed(reference, here, event, assumptions)
+        if after is None or after.key() in seen:
             continue
-        seen.add(key)
+        seen.add(after.key())
         yield after
         fresh = _events(model, layers, after, random)
         heappush(left, (obstacles(after), spent + 1, next(number), after, fresh))

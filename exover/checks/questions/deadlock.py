@@ -1,7 +1,7 @@
 """Can a request that waits always come to an end of its wait?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.question import Check, Context, Question, requests
+from exover.checks.questions.question import NEVER_WAITS, TABLES, Check, Context, Question, requests
 from exover.engines.bdd.analysis import asks, is_abort
 from exover.loop.claim import Claim, always_possible
 from exover.model.expression import Status
@@ -22,8 +22,8 @@ def decide(context: Context, question: Question) -> Finding:
     A path has no abort and no further ask of the request; the wait ends when the place is empty, or by a launch.
     """
     analysis, name = context.analysis, question.subject
-    if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
-        return question.holds("no decision of the tables lets the request wait", "tables")
+    if not context.may_wait(name):
+        return question.holds(NEVER_WAITS, TABLES)
     if analysis.ends_waiting(name):
         return question.holds("observations and reports can always end its wait", "wait-for analysis")
     waiting = analysis.meaning.waiting(name)

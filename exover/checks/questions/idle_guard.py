@@ -2,7 +2,7 @@
 
 from exover.checks.finding import Finding
 from exover.checks.questions.demands import demands
-from exover.checks.questions.question import Check, Context, Question, Subjects
+from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
@@ -20,7 +20,7 @@ def decide(context: Context, question: Question) -> Finding:
     """
     label, _ = context.demands[question.subject]
     if context.shows(label):
-        return question.holds(HOLDS, "witness")
+        return question.holds(HOLDS, WITNESS)
     if context.analysis.passes(label):
         return question.holds(HOLDS)
     if label[0] == "kill":

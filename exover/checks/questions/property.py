@@ -1,7 +1,7 @@
 """Is what the properties file says true of the checked system?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.question import Check, Context, Question, Subjects
+from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects
 from exover.loop.claim import CONTRADICTION, CONTRADICTORY, Claim
 from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
@@ -49,7 +49,7 @@ def decide(context: Context, question: Question) -> Finding:
     if prop.premise is not None and not temporal.possible(prop.premise):
         return question.holds(VACUOUS)
     if answer.trace is not None:
-        return question.holds(f"shown by a run of {len(answer.trace.moments)} steps", "witness", answer.trace)
+        return question.holds(f"shown by a run of {len(answer.trace.moments)} steps", WITNESS, answer.trace)
     return question.holds(HOLDS)
 
 

@@ -20,10 +20,11 @@ from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import DecodedTables
 
-REACHABLE = "reachable set"
-INDUCTION = "induction"
+REACHABLE, INDUCTION, WITNESS, TABLES = "reachable set", "induction", "witness", "tables"
+"""Methods: by all reachable states, by induction, by a run that shows it, by the tables alone."""
 PREVENTED = "only a launch could break the rule, and every decision prevents it"
 RESTORED = "wherever the rule is broken, a step does not end before a remedy has restored it"
+NEVER_WAITS = "no decision of the tables lets the request wait"
 
 Subjects = Iterator[tuple[str, Location]]
 """The subjects of a check: names and locations, in the order of the text."""
@@ -75,6 +76,11 @@ class Context:
     def shows(self, mark: Label) -> bool:
         """Return whether a short run near the rule or guard of a mark passes it; False if there are assumptions."""
         return not self.properties.assumptions and mark in self.nearby.shown(mark[1]).marks
+
+    def may_wait(self, request: str) -> bool:
+        """Return whether some decision of the tables lets a request wait."""
+        loop = self.analysis.loop
+        return loop.may_wait[loop.request_number[request]]
 
     @cached_property
     def comparison(self) -> RuleContribution:

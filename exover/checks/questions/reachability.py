@@ -1,7 +1,7 @@
 """Can a request be launched at all?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.question import Check, Context, Question, requests
+from exover.checks.questions.question import WITNESS, Check, Context, Question, requests
 from exover.loop.claim import Claim
 from exover.model.event import Ask, Launched
 from exover.model.model import Model
@@ -21,7 +21,7 @@ def decide(context: Context, question: Question) -> Finding:
         trace = context.analysis.run_past(("launch", name), lambda actions: _launches(actions, name))
     if trace is None:
         return question.violated(VIOLATED)
-    return question.holds(f"launched at step {len(trace.moments)} of a run", "witness", trace)
+    return question.holds(f"launched at step {len(trace.moments)} of a run", WITNESS, trace)
 
 
 def _launches(actions: Answers, name: str) -> bool:

@@ -1,7 +1,7 @@
 """Does a rule change anything that the others do not?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.question import Check, Context, Question, rules
+from exover.checks.questions.question import WITNESS, Check, Context, Question, rules
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
@@ -21,7 +21,7 @@ def decide(context: Context, question: Question) -> Finding:
     events = None if context.properties.assumptions else context.nearby.shown(question.subject).contrast
     if events is not None:
         message = f"without the rule step {len(events)} of a run is decided otherwise"
-        return question.holds(message, "witness", run(context.reference, events))
+        return question.holds(message, WITNESS, run(context.reference, events))
     if context.comparison.changes(named):
         return question.holds(HOLDS)
     return question.violated(VIOLATED)

@@ -5,7 +5,7 @@ from typing import Literal
 
 from exover.checks.finding import Finding, FindingKey
 from exover.checks.questions.demands import demands
-from exover.checks.questions.question import Check, Context, Question, Subjects, launches
+from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects, launches
 from exover.loop.claim import Claim, Verdict
 from exover.model.model import Model
 from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
@@ -30,7 +30,7 @@ def decide(context: Context, question: Question) -> Finding:
     """
     analysis, name = context.analysis, question.subject
     if context.shows(("rule", name)):
-        return question.holds(HOLDS, "witness")
+        return question.holds(HOLDS, WITNESS)
     broken = analysis.broken(context.rules.get(name, ()))
     due = analysis.space.none
     for launch in context.model.launches:

@@ -1,7 +1,7 @@
 """Does every wait come to an end, if reports come?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.question import Check, Context, Question, requests
+from exover.checks.questions.question import NEVER_WAITS, TABLES, Check, Context, Question, requests
 from exover.loop.claim import Claim
 from exover.model.expression import Status
 from exover.model.model import Model
@@ -18,10 +18,9 @@ def decide(context: Context, question: Question) -> Finding:
     It is violated iff there is a run on which every slot is infinitely often idle or reported, and on which one and the
     same request stands in the waiting place for ever: never launched, superseded, rejected or given up.
     """
-    analysis, name = context.analysis, question.subject
-    if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
-        return question.holds("no decision of the tables lets the request wait", "tables")
-    trace = analysis.temporal.starving(name)
+    if not context.may_wait(question.subject):
+        return question.holds(NEVER_WAITS, TABLES)
+    trace = context.analysis.temporal.starving(question.subject)
     if trace is None:
         return question.holds(HOLDS)
     return question.violated(VIOLATED, trace)

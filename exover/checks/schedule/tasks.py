@@ -7,7 +7,7 @@ from time import perf_counter
 
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.questions.property import UNFAIR
-from exover.checks.questions.question import Check, Question
+from exover.checks.questions.question import TABLES, WITNESS, Check, Question
 from exover.checks.schedule.agenda import Agenda, Lot, Turn
 from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, judge_of
 from exover.checks.schedule.examination import Examination
@@ -153,9 +153,9 @@ class TaskRunner:
 
     def _believed(self, number: int, finding: Finding) -> bool:
         """Return whether a finding of decision diagrams is right even if their loop has too many runs."""
-        if finding.verdict == "unknown" or finding.method == "tables" or finding.message in (CONTRADICTION, UNFAIR):
+        if finding.verdict == "unknown" or finding.method == TABLES or finding.message in (CONTRADICTION, UNFAIR):
             return True
-        return believed(self._claim(number), finding.verdict, finding.trace is not None or finding.method == "witness")
+        return believed(self._claim(number), finding.verdict, finding.trace is not None or finding.method == WITNESS)
 
     def _begin(self, question: Question, progress: Progress) -> float:
         """Report the question as progress, unless something was reported a moment ago, and return the time."""
