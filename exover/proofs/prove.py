@@ -28,19 +28,12 @@ from exover.proofs.operators import TOO_LARGE
 from exover.proofs.search import ProofSearch, denied
 from exover.proofs.statement import Statement, Unsaid, facts
 
+FOR_IMPLICATION = 10.0
+"""Seconds of the solver for one implication."""
+FOR_PROOF, FOR_ALL, FOR_STEPS = 60.0, 600.0, 200.0
+"""Seconds of the processor: for one proof, for all of them, and for finding what whole steps keep.
 
-@dataclass(frozen=True, slots=True)
-class ProofBudget:
-    """Seconds: of the solver for one `implication`, of the processor for the others.
-
-    A `proof` is given up after so many; after `all` of them the search ends, and the findings that are left have none.
-    `steps`: for finding what whole steps keep.
-    """
-
-    implication: float = 10.0
-    proof: float = 60.0
-    all: float = 600.0
-    steps: float = 200.0
+When those for all are over, the search ends, and the findings that are left have no proof."""
 
 
 @dataclass
@@ -53,10 +46,9 @@ class CertificateProver:
     claims: dict[tuple[str, str], Claim]
     findings: Sequence[Finding]
     progress: Progress
-    budget: ProofBudget = ProofBudget()
 
     def __post_init__(self) -> None:
-        self._end = process_time() + self.budget.all
+        self._end = process_time() + FOR_ALL
 
     @cached_property
     def statement(self) -> Statement:
@@ -66,7 +58,7 @@ class CertificateProver:
     @cached_property
     def checker(self) -> Hurried:
         """The checker of the table, with the assumptions; `invariants` gives it the invariant."""
-        checker = Hurried(decode(self.data), self.budget.implication, watched=self.statement.watched())
+        checker = Hurried(decode(self.data), FOR_IMPLICATION, watched=self.statement.watched())
         checker.assumptions = [checker.formula(text) for text in self.assumptions]
         return checker
 
@@ -116,7 +108,7 @@ class CertificateProver:
         checker, parts = self.checker, list(self.checker.parts)
         found, wanted = list[str](), [f"(not {text})" for text in goals]
         for candidates in (wanted, [*clauses, *wanted]):
-            checker.deadline = min(process_time() + self.budget.steps / 2, self._end)
+            checker.deadline = min(process_time() + FOR_STEPS / 2, self._end)
             found = kept_by_steps(checker, parts, candidates) or found
             if set(wanted) <= set(found):
                 break
@@ -164,7 +156,7 @@ class CertificateProver:
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         asked, claim = self.claims[finding.key], None
-        self.checker.deadline = min(process_time() + self.budget.proof, self._end)
+        self.checker.deadline = min(process_time() + FOR_PROOF, self._end)
         try:
             claim = self.statement.claim(asked)
             parts = self.search.parts(asked, finding, self.checker.deadline)

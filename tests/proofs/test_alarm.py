@@ -12,7 +12,7 @@ from exover.proofs import search
 from exover.proofs.alarm import Late, bounded
 from exover.proofs.certify import certificate
 from exover.proofs.operators import LATE
-from exover.proofs.prove import ProofBudget
+from exover.proofs.prove import FOR_PROOF
 from tests.support.diagrams import check_by_diagrams
 from tests.support.engines import model_of
 
@@ -43,7 +43,7 @@ def test_what_takes_too_long_has_no_proof_and_the_rest_has(monkeypatch: pytest.M
         while True:
             pass
 
-    monkeypatch.setattr(search, "GRACE", 0.2 - ProofBudget().proof)
+    monkeypatch.setattr(search, "GRACE", 0.2 - FOR_PROOF)
     monkeypatch.setattr(search, "Analysis", endless)
     asked = [each for each in findings if each.check in ("safety", "deadlock")]
     found = certificate(made.compiled, made.data, asked, NO_PROPERTIES, "0", lambda what: None)

@@ -155,19 +155,20 @@ class TableEncoding:
         if entry in self.parts:
             return self._sum(frame, looked, entry)
         if entry in self.variable:
-            return self._variable(frame, self.variable[entry])
+            number = self.variable[entry]
+            return self._of(self.tables.variables[number], frame[self.names[number]])
         if entry in self.param:
             return self._argument(looked, self.param[entry])
         if entry in self.order:
             row = self.tables.orders[self.order[entry]]
             return Ordered(self._side(frame, looked, row.left), self._side(frame, looked, row.right))
         if entry in self.level:
-            return LinearForm(0, ((1, frame[level_name(self.stocks[self.level[entry]])]),))
+            return number_of(frame[level_name(self.stocks[self.level[entry]])])
         if entry in self.last:
             name = self.layout.model.requests[self.last[entry]].name
-            return LinearForm(0, ((1, frame[self.layout.memories[name].last]),))
+            return number_of(frame[self.layout.memories[name].last])
         if entry in self.past:
-            return LinearForm(0, (), ((1, self._remembered(frame, self.past[entry])),))
+            return number_of(self._remembered(frame, self.past[entry]))
         return self._counted(frame, {entry})
 
     def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
@@ -195,19 +196,13 @@ class TableEncoding:
                 yield factor, frozenset({part})
         yield from ((factor, frozenset(parts)) for factor, parts in counted.items() if parts)
 
-    def _variable(self, frame: SymbolicState, number: int) -> LinearForm | Ranked:
-        row, value = self.tables.variables[number], frame[self.names[number]]
-        if row.type == t.REAL:
-            return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
-        return number_of(value)
-
     def _argument(self, looked: RequestArguments | None, number: int) -> LinearForm | Ranked:
         assert looked is not None, "arguments are tested of what is looked at"
-        row = self.tables.params[number]
-        value = looked.values[number - self.tables.requests[looked.request].params]
-        if row.type == t.REAL:
-            return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
-        return number_of(value)
+        return self._of(self.tables.params[number], looked.values[number - self.tables.requests[looked.request].params])
+
+    def _of(self, row: t.VariableRow | t.ParamRow, value: Term) -> LinearForm | Ranked:
+        """Return a value as the entry counts it: the rank of a real, else the number."""
+        return Ranked(value, self.tables.reals[row.cuts : row.cuts_end]) if row.type == t.REAL else number_of(value)
 
     def _side(self, frame: SymbolicState, looked: RequestArguments | None, side: int) -> Term:
         if side < 0:

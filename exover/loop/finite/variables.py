@@ -265,6 +265,5 @@ class LoopStates:
     def tested(self, root: int) -> set[int]:
         """Return the entries that the nodes below a root test."""
         if root not in self._tested_below:
-            nodes = [self.tables.nodes[number] for number in self.tables.below(root)]
-            self._tested_below[root] = {node.code for node in nodes if node.code >= 0}
+            self._tested_below[root] = self.tables.tested(root)
         return self._tested_below[root]
