@@ -319,13 +319,8 @@ class Bag:
             if message["info"]["event_type"] not in RESPONSES:
                 for sent in message["request"]:
                     if key not in known.goals and key not in done:
-                        goal = known.goals[key] = SeenGoal(None)
-                        self._identify(known, goal, sent)
-                        if goal.bound:
-                            yield from self._asked(goal)
-                            yield self._start(goal)
-                            if self._is_watched(goal.bound) and goal.instance is not None:
-                                self._watched[goal.bound.request] = goal
+                        known.goals[key] = SeenGoal(None)
+                        yield from self._called(known, known.goals[key], sent)
                 return
             for response in message["response"]:
                 called = known.goals.pop(key, None)
@@ -338,6 +333,15 @@ class Bag:
                     yield self._end(called, _outcome(called.bound, "ok", response), response)
 
         return read
+
+    def _called(self, known: SeenGoals, call: SeenGoal, sent: Any) -> Iterator[Item]:
+        """Yield the items for a new call of a service; its response is its end unless its request is watched."""
+        self._identify(known, call, sent)
+        if call.bound:
+            yield from self._asked(call)
+            yield self._start(call)
+            if self._is_watched(call.bound) and call.instance is not None:
+                self._watched[call.bound.request] = call
 
 
 def _status(bound: RequestBinding, response: Any) -> Any:

@@ -139,25 +139,22 @@ def read_time(found: object) -> tuple[float, Invalid | None]:
 
 def _items(model: Model, entries: Json) -> Iterator[Item]:
     event = _event_of(entries)
-    if "event" in entries or _is_event(entries):
-        if not _is_event(event):
-            yield Unread(Invalid("bad-event", "`event` is no event: none of ask, report, observe, abort is there"))
-            return
+    if _is_event(event):
         yield Void() if _is_void(event, entries.get("actions")) else read_recorded(model, event)
+        if "actions" in entries:
+            yield from _actions(model, entries["actions"])
+    elif "event" in entries:
+        yield Unread(Invalid("bad-event", "`event` is no event: none of ask, report, observe, abort is there"))
     elif any(kind in entries for kind in DEEDS):
         yield from _deed(model, entries)
-        return
     elif "lost" in entries:
         lost = entries["lost"]
         known = isinstance(lost, int) and not isinstance(lost, bool) and 0 <= lost < 1 << 63
         yield LostLines(int(lost)) if known else Unread(Invalid("bad-event", "`lost` is no number of lines"))
-        return
-    elif "actions" not in entries:
-        if "refused" not in entries and "alarm" not in entries:
-            yield Unread(Invalid("bad-event", "it is neither an event nor what a robot did"))
-        return
-    if "actions" in entries:
+    elif "actions" in entries:
         yield from _actions(model, entries["actions"])
+    elif "refused" not in entries and "alarm" not in entries:
+        yield Unread(Invalid("bad-event", "it is neither an event nor what a robot did"))
 
 
 def _event_of(entries: Json) -> object:

@@ -3,7 +3,8 @@
 import ctypes
 import struct
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from itertools import accumulate, chain
 from pathlib import Path
 
 from exover.audit.binary import LENGTH, RecordWriter
@@ -13,7 +14,7 @@ from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, M
 from exover.emit.c import runtime_file
 from exover.engines.compiler import NativeUnavailable, loaded
 from exover.model.index import ModelIndex
-from exover.model.model import Model, Parameter
+from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
@@ -193,52 +194,58 @@ class NativeAuditor:
 # ---- the library ----
 
 
+class _Names(list[bytes]):
+    """The names of a model, numbered from 0."""
+
+    def number(self, texts: Iterable[str]) -> int:
+        """Append names, and return the number of the first."""
+        first = len(self)
+        self.extend(text.encode("utf-8", "surrogateescape") for text in texts)
+        return first
+
+
 def _described(
     model: Model, reason_count: int
 ) -> tuple[ctypes.Array[ctypes.c_int64], bytes, ctypes.Array[ctypes.c_int64]]:
     """Return a model as the arguments of `audit_new`: its numbers, its names joined, and the end of each name."""
-    names: list[bytes] = []
-
-    def name(text: str) -> int:
-        names.append(text.encode("utf-8", "surrogateescape"))
-        return len(names) - 1
-
-    def param(label: str, kind: Type, stock: int = 0, number: int = 0) -> Iterator[int]:
-        yield name(label)
-        match kind:
-            case Bool():
-                yield from (0, 0, 1)
-            case Int(low, high):
-                yield from (1, low, high)
-            case Real(low, high):
-                yield from (2, _bits(low), _bits(high))
-            case Enum(values):
-                yield from (3, 0, len(values) - 1)
-        yield len(names)
-        if isinstance(kind, Enum):
-            [name(value) for value in kind.values]
-        yield from (stock, number)
-
-    index, meta = ModelIndex(model), []
-    for request in model.requests:
-        meta += [name(request.name), request.instances, len(request.params), len(request.results)]
-        meta += [len(request.statuses), len(names)]
-        [name(status) for status in request.statuses]
-        for each in (*request.params, *request.results):
-            meta += param(each.name, each.type)
-    observables = [(Parameter(each.name, each.type), 0, number) for number, each in index.posters]
-    observables += [(Parameter(each.name, Int(0, each.capacity)), 1, k) for k, each in enumerate(index.consumables)]
-    for each, stock, number in observables:
-        meta += param(each.name, each.type, stock, number)
+    names, index = _Names(), ModelIndex(model)
+    posters = [(Parameter(each.name, each.type), 0, number) for number, each in index.posters]
+    stocks = [(Parameter(each.name, Int(0, each.capacity)), 1, k) for k, each in enumerate(index.consumables)]
+    rows = [_request_numbers(names, request) for request in model.requests]
+    rows += [_parameter_numbers(names, *each) for each in (*posters, *stocks)]
     params = sum(len(request.params) + len(request.results) for request in model.requests)
     slots = sum(request.instances for request in model.requests)
-    counts = [len(model.requests), len(observables), reason_count, slots, params, len(names)]
-    ends, total = [], 0
-    for text in names:
-        total += len(text)
-        ends.append(total)
-    numbers = [*counts, *meta]
+    counts = [len(model.requests), len(posters) + len(stocks), reason_count, slots, params, len(names)]
+    numbers = [*counts, *chain.from_iterable(rows)]
+    ends = list(accumulate(map(len, names)))
     return (ctypes.c_int64 * len(numbers))(*numbers), b"".join(names), (ctypes.c_int64 * len(ends))(*ends)
+
+
+def _request_numbers(names: _Names, request: Request) -> list[int]:
+    sizes = [request.instances, len(request.params), len(request.results), len(request.statuses)]
+    numbers = [names.number([request.name]), *sizes, names.number(request.statuses)]
+    for each in (*request.params, *request.results):
+        numbers += _parameter_numbers(names, each)
+    return numbers
+
+
+def _parameter_numbers(names: _Names, parameter: Parameter, stock: int = 0, number: int = 0) -> list[int]:
+    kind = parameter.type
+    numbers = [names.number([parameter.name]), *_range(kind)]
+    return [*numbers, names.number(kind.values if isinstance(kind, Enum) else ()), stock, number]
+
+
+def _range(kind: Type) -> tuple[int, int, int]:
+    """Return the number of a kind of type, and its least and greatest value."""
+    match kind:
+        case Bool():
+            return 0, 0, 1
+        case Int(low, high):
+            return 1, low, high
+        case Real(low, high):
+            return 2, _bits(low), _bits(high)
+        case Enum(values):
+            return 3, 0, len(values) - 1
 
 
 def _bits(real: float) -> int:

@@ -150,17 +150,20 @@ class PlainRuns:
         """The cuts of each number, and the numbers whose exact values matter."""
         cuts: dict[Key, set[Cut]] = {}
         whole: set[Key] = set()
+        for owner, subject, compare in self._comparisons():
+            for side, other, operator in _sides(compare):
+                key = _key(side, subject, owner)
+                if key is not None and isinstance(other, Const):
+                    cuts.setdefault(key, set()).update(_cuts(operator, other.value))
+                else:
+                    whole.update(key for leaf in leaves(side) if (key := _key(leaf, subject, owner)) is not None)
+        return cuts, whole
+
+    def _comparisons(self) -> Iterator[tuple[str | None, str | None, Compare]]:
+        """Yield each comparison of a condition, with the request whose condition it is and the one that it is about."""
         stated = ((None, condition) for condition in property_conditions(self.properties))
         for owner, condition in (*conditions(self.model), *stated):
-            for subject, compare in comparisons(condition, owner):
-                for side, other, operator in _sides(compare):
-                    for leaf in leaves(side):
-                        key = _key(leaf, subject, owner)
-                        if key is not None and leaf is side and isinstance(other, Const):
-                            cuts.setdefault(key, set()).update(_cuts(operator, other.value))
-                        elif key is not None:
-                            whole.add(key)
-        return cuts, whole
+            yield from ((owner, subject, compare) for subject, compare in comparisons(condition, owner))
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,14 +70,12 @@ class ActionProxy:
             self._status(data)
         else:
             about = self._outside.own.answered(Port("inner", self.inner, part), data)
-            if part == "send_goal" and isinstance(about, ActionGoal):
-                answer = cdr.read_goal_reply(data)
-                if answer is not None:
-                    self._taken(about, answer)
+            if part == "cancel_goal" and about is not None:
+                self._cancelled(about, data)
             elif part == "get_result" and isinstance(about, ActionGoal):
                 self._result(about, data)
-            elif part == "cancel_goal" and about is not None:
-                self._cancelled(about, data)
+            elif part == "send_goal" and isinstance(about, ActionGoal) and (reply := cdr.read_goal_reply(data)):
+                self._taken(about, reply)
 
     # ---- clients ----
 
