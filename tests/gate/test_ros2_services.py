@@ -16,7 +16,7 @@ from exover.gate.ros2.interfaces import Interfaces, UnknownType
 from exover.gate.ros2.names import Port
 from tests.gate.carts import binding_of, model_of
 from tests.gate.ros_middle import RosMiddle, known, yard
-from tests.gate.yard import BIND, INTERFACES
+from tests.gate.yard import BIND
 
 HALT, DRIVE = "/gated/halt", "/gated/drive"
 RESPONSE = "yard_msgs/srv/Halt_Response"
@@ -292,7 +292,3 @@ def test_a_type_that_is_a_part_of_itself() -> None:
     types = Interfaces({"a_msgs/msg/X": "Y y", "a_msgs/msg/Y": "X[] x"}.get)
     with pytest.raises(UnknownType, match="part of itself"):
         types.load("a_msgs/msg/X")
-
-
-def test_the_fixtures_are_there() -> None:
-    assert (INTERFACES / "yard_msgs" / "action" / "Drive.action").is_file()
