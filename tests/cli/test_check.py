@@ -192,6 +192,23 @@ def test_a_property_that_ranges_decide_is_warned_of(run, spec):
     ]
 
 
+@pytest.mark.parametrize(
+    ("assumed", "warned"),
+    [
+        ("assume fair reports; assume never ended(nd.goto)", True),
+        ("assume fair reports; assume never (ended(nd.goto) or battery == 1)", True),
+        ("assume fair reports; assume always (not ended(nd.goto) or battery == 1)", False),
+        ("assume fair reports; assume always ended(nd.goto)", False),
+        ("assume never ended(nd.goto)", False),
+    ],
+)
+def test_a_request_that_never_ends_beside_fair_reports_is_warned_of(run, spec, assumed, warned):
+    file = spec.with_suffix(".prop")
+    file.write_text(f"for demo;\n{assumed.replace('; ', ';' + chr(10))};\nproperty p: never active(nd.goto);\n")
+    told = f"exover: warning: {file}:3:1: `never ended(nd.goto)` and `assume fair reports` leave no run on which "
+    assert (told in run("check", spec, "--only", "property").stderr) == warned
+
+
 def test_a_condition_that_never_changes_is_warned_of_unless_a_finding_tells_of_it(run, tmp_path):
     spec = tmp_path / "arm.exo"
     spec.write_text("""spec arm; poster wind: int in 0 .. 60 = 0;

@@ -7,7 +7,7 @@ import pytest
 
 from exover.checks.finding import Baselined, Finding
 from exover.diagnostics import Severity
-from exover.loop.claim import Verdict
+from exover.loop.claim import CONTRADICTION, Verdict
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.text import ORDER
@@ -188,6 +188,20 @@ def test_one_cause_is_told_once() -> None:
     ]
     excused = replace(whole, findings=(replace(whole.findings[0], excuse=Baselined()), *whole.findings[1:]))
     assert f"  storm violated {place}" in text_report.render(excused).splitlines()[2:5]
+
+
+def test_a_contradiction_of_assumptions_is_told_once() -> None:
+    message = f"{CONTRADICTION}; steps there break that at demo.prop:2:1"
+    alike = replace(finding("property", "error", "violated"), message=message)
+    other = replace(alike, subject="r", message="it is false")
+    whole = summary(*(replace(alike, subject=name) for name in "pqs"), other)
+    place = "violated at specs/demo.exo:3:5:"
+    assert text_report.render(whole).splitlines()[2:-3] == [
+        "property: 4 violated, 2 told under property",
+        f"  p {place} {message}",
+        "    the same cause: property q, property s",
+        f"  r {place} it is false",
+    ]
 
 
 @pytest.mark.parametrize("verdict", ["violated", "unknown", "holds"])

@@ -5,11 +5,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 
 from exover.checks.causes.broken_finding import listed
+from exover.loop.formula_classes import conjuncts
 from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Const, Count, ModelTerm, Not, Param, Status, Used
 from exover.model.kleene import truth
 from exover.model.model import Model, Rule, SetState
-from exover.model.property import Atom, Formula, Happened
+from exover.model.property import Atom, Formula, Happened, Negation, Properties
 from exover.model.reads import Read, reads
 from exover.model.shares import most_held
 from exover.model.state import resting
@@ -159,3 +160,15 @@ def unset(model: Model, known: Iterable[Cond], unlaunched: Collection[str]) -> I
 
 def _is_state(model: Model, name: str) -> bool:
     return name in model.variable and model.variable[name].kind == "state"
+
+
+def never_fair(properties: Properties) -> Iterator[str]:
+    """Yield, in words, the assumptions under which no run is fair on which some request is active."""
+    for assumption in properties.assumptions if properties.fair else ():
+        for each in conjuncts(assumption.formula):
+            match each:
+                case Negation(Happened("ended", name, None)):
+                    both = f"`never ended({name})` and `assume fair reports` leave no run on which {name} is active"
+                    yield f"{assumption.location}: {both}: if it may run for ever, leave out one of them"
+                case _:
+                    pass
