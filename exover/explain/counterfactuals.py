@@ -12,9 +12,19 @@ from exover.dataclass import dataclass
 from exover.explain.intervals import Interval
 from exover.explain.interventions import Intervention, Interventions, at_sample, merged
 from exover.explain.paths import Surroundings
-from exover.explain.relevance import Factor, Mention, compared_anywhere, concern_of, concern_of_names, quantities
+from exover.explain.relevance import (
+    Factor,
+    Mention,
+    Relevance,
+    compared_anywhere,
+    concern_of,
+    concern_of_names,
+    quantities,
+)
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.explanation import Counterfactual, CounterfactualSearch
+from exover.model.expression import operands
+from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
 
@@ -22,6 +32,8 @@ MOST = 2
 """The most quantities that are changed together."""
 WORK = 400_000
 """The budget, trials times rules and requests, of some seconds: a large spec gets fewer trials."""
+TERMS = 1_200_000
+"""The budget, trials times terms of the conditions in question, of some seconds as well."""
 LEAST = 200
 """The trials that a spec of any size gets."""
 SHOWN = 6
@@ -150,8 +162,8 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
     concern = concern_of(reference, state, event, actions)
     near = set(quantities(state, event, concern_of_names(model, state, first)))
     found = sorted(quantities(state, event, concern), key=lambda quantity: quantity not in near)
-    size = len(model.rules) + len(model.requests) + len(model.launches)
-    trials = Trials(CounterfactualReference(model), state, event, actions, concern.mentions(), max(LEAST, WORK // size))
+    limit = _limit(model, concern)
+    trials = Trials(CounterfactualReference(model), state, event, actions, concern.mentions(), limit)
     most = 1
     turns = list(_singles(trials, found))
     if not turns and not trials.spent:
@@ -160,6 +172,13 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
     # An ask is meant to launch: a change with which something is launched is told first.
     turns.sort(key=lambda turn: not any(isinstance(action, Launched) for action in turn.actions))
     return CounterfactualSearch(tuple(turns[:SHOWN]), trials.tried, most, not trials.spent)
+
+
+def _limit(model: Model, concern: Relevance) -> int:
+    """Return how many trials there may be for an answer: the fewer, the more a trial takes."""
+    size = len(model.rules) + len(model.requests) + len(model.launches)
+    terms = sum(1 for condition, _ in concern.conditions for _ in operands(condition))
+    return max(LEAST, min(WORK // size, TERMS // max(terms, 1)))
 
 
 Result = tuple[Intervention, tuple[Action, ...] | None]

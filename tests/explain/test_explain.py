@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from exover.explain.counterfactuals import LEAST, TERMS
 from exover.explain.explain import explain
 from exover.explain.intervals import Interval, described, intervals
 from exover.explain.source_text import written
@@ -322,6 +323,17 @@ def test_none_turns_the_answer_and_that_is_said() -> None:
     lines = text('{"ask": "m.a"}', spec=spec)
     assert lines[-1].startswith("nothing that was tried would have turned the answer: ")
     assert lines[-1].endswith(" changes of up to 2 quantities")
+
+
+def test_trials_are_fewer_where_conditions_are_long() -> None:
+    names = [f"p{number}" for number in range(120)]
+    posters = "".join(f"poster {name}: int in 0 .. 9 = 0; " for name in names)
+    check = f"check {' + '.join(names)} > 400;"
+    spec = Source("long.exo", f"spec long; {posters} module m {{ request a() {{ {check} }} }}")
+    found = told('{"ask": "m.a"}', spec=spec)
+    assert found.search is not None
+    assert not found.search.complete
+    assert LEAST <= found.search.tried <= TERMS // len(names)
 
 
 def test_a_search_that_is_cut_says_so() -> None:
