@@ -18,8 +18,8 @@ from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
 from exover.raised import TablesTooLarge
 
-MOST_NODES = 4_000_000
-"""The most nodes that the diagram of one decision may have while it is made: they take some 2 GB."""
+MOST_NODES = 2_500_000
+"""The most nodes that the diagram of one decision may have while it is made; with the tables they may take some GB."""
 
 
 @dataclass
