@@ -49,6 +49,8 @@ class Evidence:
 
     goes_on: Callable[[bool], bool]
     """Returns whether it is proved that every run can go on for ever under the assumptions; given True, fairly."""
+    some_run_is_fair: Callable[[], bool]
+    """Returns whether a run from the start is known that goes on for ever, fairly, under the assumptions."""
     settled: bool | None = None
     """Whether it is proved that the passes are enough; None before that is looked into."""
     found: dict[Leaf, Found] = field(default_factory=lambda: {Reach(FALSE): Found(False, PROVED)})
@@ -63,7 +65,7 @@ class Evidence:
         """Return the opinion on a claim, from the answer to its question and whether the assumptions let runs go on."""
         answer = self.answer(question, claim.fair)
         of_all_runs = answer.truth is not None and (answer.truth or answer.method != WITNESS)
-        goes_on = not (claim.coherent and of_all_runs) or self.goes_on(claim.fair)
+        goes_on = not (claim.coherent and of_all_runs) or self._are_coherent(claim.fair)
         if claim.coherent and self.stranded is not None:
             return Opinion("violated", WITNESS, CONTRADICTION, self.stranded)
         if answer.truth is None:
@@ -73,6 +75,13 @@ class Evidence:
         verdict: Verdict = "holds" if answer.truth else "violated"
         told = verdict == "violated" or claim.check in TOLD
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
+
+    def _are_coherent(self, fair: bool) -> bool:
+        """Return whether it is proved that the assumptions do not contradict each other, if `fair` with fair reports.
+
+        Then there need be but one fair run: others may come to where no run is fair.
+        """
+        return self.goes_on(fair) or (fair and self.goes_on(False) and self.some_run_is_fair())
 
     def answer(self, question: RunQuestion, fair: bool) -> Found:
         """Return the answer to a question, from those to its parts; `fair`: about fair runs alone."""

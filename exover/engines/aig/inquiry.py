@@ -33,6 +33,7 @@ from exover.engines.aig.redundancy import changes
 from exover.engines.aig.ways import always_possible
 from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
+from exover.model.property import TRUE, finally_
 from exover.model.trace import Trace
 
 FAIR = "fair reports end every wait"
@@ -51,11 +52,13 @@ class Inquiry:
     budget: int
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
+    _fair_run: bool | None = None
+    """Whether a fair run is known; None before one was looked for."""
     _stops: list[Inputs] = field(default_factory=list)
     """Runs to states from which the assumptions may allow no step."""
 
     def __post_init__(self) -> None:
-        self.evidence = Evidence(self._goes_on)
+        self.evidence = Evidence(self._goes_on, self._some_run_is_fair)
         asked = Questions(self.encoding)
         self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
@@ -251,6 +254,17 @@ class Inquiry:
             if not self._going_on[fair] and self.evidence.stranded is None:
                 self.evidence.stranded = self._stranded()
         return self._going_on[fair]
+
+    def _some_run_is_fair(self) -> bool:
+        """Return whether a fair run under the assumptions is found, near the runs that are known."""
+        if self._fair_run is None:
+            answers: list[judging.LassoAnswer] = []
+            asked = [LassoQuestion(finally_(TRUE), True)]
+            decide = self._asking_for_lassos(self.bad_states.portfolio)
+            fair = judging.Judging(deepcopy(self.encoding), asked, decide, lambda _, answer: answers.append(answer))
+            fair.wander(self.bad_states.runs)
+            self._fair_run = any(isinstance(answer, judging.ShownLasso) for answer in answers)
+        return self._fair_run
 
     def _excluded(self, circuit: Circuit) -> bool:
         answers: list[Answer] = []

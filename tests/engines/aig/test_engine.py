@@ -163,6 +163,20 @@ def test_a_premise_that_only_stranded_runs_make_true_is_not_said_to_be_possible(
     assert found["vacuity", "p"].verdict == "unknown"
 
 
+def test_what_no_run_does_no_fair_run_does_if_there_is_one() -> None:
+    """Though runs on which b is active cannot go on fairly."""
+    text = "assume fair reports; assume never ended(m.b); property p: never (ended(m.a) and active(m.b));"
+    found = agree(f"{TWO} mutex m.a, m.b;", text)
+    assert found["property", "p"].verdict == "holds"
+
+
+def test_where_no_run_is_fair_nothing_holds() -> None:
+    """Every step has a next one that is allowed, but the first launches b, which never ends."""
+    text = "assume fair reports; assume never ended(m.b); assume always on; property p: never ended(m.b);"
+    found = agree(f"poster on: bool = true; {TWO} launch at_once: m.b() when on;", text)
+    assert found["property", "p"].verdict != "holds"
+
+
 # ---- what rests on the passes ----
 
 

@@ -30,7 +30,7 @@ SEEN, NONE, LEFT = Found(True, WITNESS, RUN), Found(False, PROVED), Found(None, 
 
 
 def evidence(found: dict[Leaf, Found], settled: bool | None = True, goes_on: bool = True) -> Evidence:
-    known = Evidence(lambda fair: goes_on, settled)
+    known = Evidence(lambda fair: goes_on, lambda: False, settled)
     known.found |= found
     return known
 
@@ -81,6 +81,26 @@ def test_a_question_is_complete_once_all_its_parts_were_looked_into() -> None:
     assert not evidence({MOMENT: LEFT}).is_complete(both)
     assert not evidence({MOMENT: LEFT, LASSO: LEFT}, settled=None).is_complete(both)
     assert evidence({MOMENT: LEFT, LASSO: LEFT}).is_complete(both)
+
+
+@pytest.mark.parametrize(
+    ("goes_on", "fair_run", "fair", "holds"),
+    [
+        ((True, True), False, True, True),
+        ((True, False), True, True, True),
+        ((True, False), False, True, False),
+        ((False, False), True, True, False),
+        ((True, False), False, False, True),
+        ((False, False), True, False, False),
+    ],
+)
+def test_assumptions_are_coherent_if_all_runs_go_on_and_one_does_fairly(
+    goes_on: tuple[bool, bool], fair_run: bool, fair: bool, holds: bool
+) -> None:
+    known = Evidence(goes_on.__getitem__, lambda: fair_run, True)
+    known.found[MOMENT] = NONE
+    opinion = known.opinion(OppositeQuestion(MOMENT), Claim("property", "s", TRUE, coherent=True, fair=fair))
+    assert opinion == (Opinion("holds", PROVED) if holds else Opinion("unknown", "", STRANDED))
 
 
 def test_runs_are_told_where_they_are_part_of_the_finding() -> None:
