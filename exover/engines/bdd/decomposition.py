@@ -1,5 +1,7 @@
 """The reachable states, computed separately for independent parts of the loop."""
 
+from collections.abc import Collection
+
 from exover.engines.bdd.manager import Set
 from exover.engines.bdd.steps import Stepper, explore
 from exover.loop.finite.builder import ClosedLoop
@@ -31,10 +33,13 @@ def reachable(stepper: Stepper) -> list[tuple[frozenset[int], Set]]:
 
 
 def parts(loop: ClosedLoop) -> list[Part]:
-    """Return the finest partition such that every event and every component touches variables of one part only."""
-    touched = [_touched(loop, number) for number in range(len(loop.events))]
+    """Return the finest partition such that every event and every component touches variables of one part only.
+
+    `happened` variables are left out.
+    """
+    touched = [_lasting(loop, loop.reads(event.program) | set(writes(event.program))) for event in loop.events]
     part_of = {var: {var} for group in touched for var in group}
-    for group in (*touched, *(component.reads | component.writes for component in loop.body)):
+    for group in (*touched, *(_lasting(loop, component.reads | component.writes) for component in loop.body)):
         joined: set[int] = set().union(*(part_of.get(var, {var}) for var in group))
         part_of.update(dict.fromkeys(joined, joined))
     found: dict[int, Part] = {}
@@ -45,8 +50,5 @@ def parts(loop: ClosedLoop) -> list[Part]:
     return list(found.values())
 
 
-def _touched(loop: ClosedLoop, number: int) -> set[int]:
-    """Return the variables that an event reads or writes, `happened` variables left out."""
-    program = loop.events[number].program
-    found = loop.reads(program) | set(writes(program))
-    return {var for var in found if loop.variables[var].key[0] != "happened"}
+def _lasting(loop: ClosedLoop, variables: Collection[int]) -> set[int]:
+    return {var for var in variables if loop.variables[var].key[0] != "happened"}

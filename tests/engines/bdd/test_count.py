@@ -7,6 +7,8 @@ from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.count import count, count_states
 from exover.engines.bdd.decomposition import parts
 from exover.loop.finite.abstraction import abstract
+from exover.model.model import NOWHERE
+from exover.model.property import NO_PROPERTIES, Disjunction, Happened, Properties, Property
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore
@@ -21,9 +23,9 @@ RESTLESS = APART + 'launch again: k.c() when k.p == 2 because "it is tried in ev
 PENDING = APART + 'launch first: k.c() when k.p == 0 because "any step launches it";\n'
 
 
-def analysis_of(text: str) -> Analysis:
+def analysis_of(text: str, properties: Properties = NO_PROPERTIES) -> Analysis:
     made = compiled(model_of(text))
-    return Analysis(made, Reference(made.model), lambda what: None)
+    return Analysis(made, Reference(made.model), lambda what: None, properties)
 
 
 def enumerated(analysis: Analysis, graph: Graph) -> int:
@@ -46,6 +48,12 @@ def test_parts_are_counted_apart_where_that_is_right(text: str, monkeypatch: pyt
     monkeypatch.setattr(exploring, "explore", lambda *given: asked.append(given[1:]) or whole(*given))
     assert count_states(analysis.stepper) == enumerated(analysis, explore(analysis.compiled.model, 1500, 20_000))
     assert (() in asked) == (text != APART)
+
+
+def test_what_the_last_step_did_is_no_part_of_a_state() -> None:
+    atoms = [Happened("launched", name) for name in ("m.a", "m.b", "k.c")]
+    told = Properties((Property("p", None, "ctl", Disjunction(tuple(atoms)), None, NOWHERE),))
+    assert count_states(analysis_of(APART, told).stepper) == count_states(analysis_of(APART).stepper)
 
 
 def test_many_parts_are_counted_beyond_what_floats_hold() -> None:
