@@ -245,7 +245,8 @@ class Follower:
 
     def _waited(self, name: str) -> None:
         known = self._known[name]
-        if known.asked == self._event and known.open:
+        known.waited = self._event
+        if known.asked == self._event and known.open and known.held != self._event:
             self._note("otherwise", name, None, known.answer, known.rule)
             known.open = False
 
@@ -264,7 +265,10 @@ class Follower:
                 self._note("kept", name, slot.owner, "none", rule)
         self._stops.clear()
         if self._asked is not None:
-            self._known[self._asked].open = False
+            known = self._known[self._asked]
+            if known.open and known.waited == self._event:
+                self._note("otherwise", self._asked, None, known.answer, known.rule)
+            known.open = False
         ends: list[tuple[str, int]] = []
         for name, known in self._known.items():
             withheld = [number for number, slot in enumerate(known.slots) if slot and slot.withheld(self._event)]
@@ -305,6 +309,7 @@ class Follower:
                     self._known[name].slots[number] = HeldSlot(args, self._event, not counted)
                 case Waits(name, rule):
                     self._known[name].waits_for = rule
+                    self._known[name].held = self._event
                 case Rejected(name) if counted:
                     self._known[name].deny(self._event)
                 case Killed(name, number, rule):

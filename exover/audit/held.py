@@ -29,13 +29,16 @@ class KnownRequest:
     """The state of the audit for one request.
 
     `slots`: by slot of the tables, None if idle; `slot_of`: by recorded instance, its slot, `REFUSED`, `UNDECIDED`, or
-    None if it does not run. `asked`, `denied`: the number of the event in which it was last asked, or rejected;
-    `denials`: how often it was in that event, but for those that the robot has also done.
+    None if it does not run. `asked`, `held`, `denied`: the number of the event in which it was last asked, or by the
+    tables let wait or rejected; `waited`: that in which the robot last let it wait; `denials`: how often it was
+    rejected in the event `denied`, but for those that the robot has also done.
     """
 
     slots: list[HeldSlot | None]
     slot_of: list[int | None]
     asked: int = 0
+    held: int = 0
+    waited: int = 0
     denied: int = 0
     denials: int = 0
     answer: AuditAnswer = "none"

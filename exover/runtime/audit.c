@@ -49,7 +49,7 @@ typedef struct request {
     const name *status;
     slot *slots;
     int32_t *slot_of; /* by instance */
-    uint64_t asked, waited, rejected, denied; /* events: asked; the robot let it wait, rejected it; the tables rejected it */
+    uint64_t asked, waited, held, denied; /* events: asked; the robot let it wait; the tables let it wait, rejected it */
     uint64_t denials; /* how often the tables rejected it in the event `denied`, but for those that the robot has also done */
     int32_t answer, reason;                   /* what the tables said to the last ask */
     int32_t waits_for;
@@ -132,8 +132,10 @@ static void take(audit *a, size_t count, bool counted)
             *s = (slot){true, false, !counted, NOBODY, a->event, s->killed, s->noted};
             a->loose = true;
         }
-        else if (said->kind == EXOVER_WAIT)
+        else if (said->kind == EXOVER_WAIT) {
             r->waits_for = reason;
+            r->held = a->event;
+        }
         else if (said->kind == EXOVER_REJECT && counted) {
             r->denials = 1 + (r->denied == a->event ? r->denials : 0);
             r->denied = a->event;
@@ -369,7 +371,7 @@ static void waited(audit *a, int32_t number)
 {
     request *r = &a->requests[number];
     r->waited = a->event;
-    if (r->asked == a->event && r->open) {
+    if (r->asked == a->event && r->open && r->held != a->event) {
         tell(a, ROW_OTHERWISE, number, NOBODY, r->answer, r->reason, UNSAID);
         r->open = false;
     }
@@ -378,7 +380,6 @@ static void waited(audit *a, int32_t number)
 static void rejected(audit *a, int32_t number)
 {
     request *r = &a->requests[number];
-    r->rejected = a->event;
     r->open = false;
     if (r->denied == a->event && r->denials)
         r->denials--;
@@ -405,8 +406,12 @@ static void told(audit *a)
             tell(a, ROW_KEPT, each->request, s->owner, SAY_NOTHING, each->reason, UNSAID);
     }
     a->stop_count = 0;
-    if (a->asked != NOBODY)
-        a->requests[a->asked].open = false;
+    if (a->asked != NOBODY) {
+        request *r = &a->requests[a->asked];
+        if (r->open && r->waited == a->event)
+            tell(a, ROW_OTHERWISE, a->asked, NOBODY, r->answer, r->reason, UNSAID);
+        r->open = false;
+    }
     if (!a->loose)
         return;
     a->loose = false;
@@ -721,7 +726,7 @@ int audit_start(audit *a, int wants_asks, uint64_t rows)
     a->loose = false;
     for (int32_t number = 0; number < a->request_count; number++) {
         request *r = &a->requests[number];
-        r->asked = r->waited = r->rejected = r->denied = r->denials = 0;
+        r->asked = r->waited = r->held = r->denied = r->denials = 0;
         r->answer = SAY_NOTHING;
         r->reason = r->waits_for = UNSAID;
         r->open = r->wanted = false;

@@ -172,6 +172,18 @@ def test_a_newcomer_that_is_rejected_beside_what_it_supersedes(answer: str) -> N
     assert rows == [(3, "otherwise", "slew.turn", None, "wait", "one")] * (answer == "reject")
 
 
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("rejected", [True, False])
+def test_what_waits_first_and_is_rejected_in_the_same_step(rejected: bool, told: bool) -> None:
+    text = """spec late; module m { request a() { check free: not active(m.b); wait until past(m.b); } request b(); }
+    launch go: m.b() when waiting(m.a);"""
+    deeds = ['{"wait": "m.a"}', '{"launch": "m.b"}', *['{"reject": "m.a"}'] * rejected]
+    ask = f'{{"event": {{"ask": "m.a"}}, "actions": [{", ".join(deeds)}]}}'
+    rows, counts = audit([ask] if told else ['{"ask": "m.a"}', *deeds], text)
+    assert rows == [(1, "otherwise", "m.a", None, "reject", "m.a.free")] * (told and not rejected)
+    assert "followed" not in counts
+
+
 def test_a_launch_without_its_arguments_is_undecided() -> None:
     rows, counts = audit(
         ['{"launch": "hoist.lift"}', '{"report": "hoist.lift", "outcome": "ok"}', '{"launch": "slew.turn"}']
