@@ -24,7 +24,7 @@ WORDS = frozenset(
     MIN MAX MIRROR PRED PREDICATES process array of boolean integer real word word1 bool signed unsigned
     extend resize sizeof uwconst swconst EX AX EF AF EG AG E F O G H X Y Z A U S V T BU EBF ABF EBG ABG case
     esac mod next init union in xor xnor self TRUE FALSE count abs max min toint itype FUN typeof floor
-    clock time READ WRITE CONSTARRAY ASYNC PARSYNTAX URGENT HRC LET bdd bmc pi sin cos tan exp ln asin acos
+    clock time Word ITYPE READ WRITE CONSTARRAY ASYNC PARSYNTAX URGENT HRC LET bdd bmc pi sin cos tan exp ln asin acos
     atan pow
     """.split()  # noqa: SIM905 - a list of these would be one word a line
 )
@@ -40,6 +40,8 @@ OWN = frozenset(
         *OUTCOMES,
         "environment",
         "update",
+        "enabled",
+        "goes_on",
         "start",
         "live",
         "event",

@@ -69,6 +69,10 @@ module update { poster union: real in 0 .. 5 = 1; request start() { fail V: when
 mutex H: next.case, update.start;
 launch O: update.start() when G == 7;
 """
+WORDS_OF_THE_TEXT = """spec s; poster goes_on: bool = false;
+module enabled { request r() { check not goes_on; on ok set Word.ITYPE = true; } }
+module Word { state ITYPE: bool = false; request q() { check ITYPE; } }
+"""
 
 
 @pytest.mark.parametrize(("seed", "fewer"), [*((seed, False) for seed in SEEDS), *((seed, True) for seed in FEWER)])
@@ -220,10 +224,12 @@ def test_assumptions_that_contradict_each_other_make_no_claim_true() -> None:
     assert engine.judge(Claim("reachability", "m.r", TRUE)).message.startswith("the assumptions contradict")
 
 
-def test_names_that_mean_something_to_nusmv_are_still_names() -> None:
-    made = compiled(model_of(WORDS_ALL_OVER))
-    asked = [claim for claim in claims(made.model, NO_PROPERTIES) if claim.formula is not None]
-    opinions = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge_all(asked)
+@pytest.mark.parametrize("text", [WORDS_ALL_OVER, WORDS_OF_THE_TEXT])
+def test_names_that_mean_something_to_nusmv_or_the_text_are_still_names(text: str) -> None:
+    made = compiled(model_of(text))
+    assumed = Properties((), (Assumption(TRUE, NOWHERE),))
+    asked = [claim for claim in claims(made.model, assumed) if claim.formula is not None]
+    opinions = NuSmv(made, assumed, find(), SECONDS).judge_all(asked)
     assert [claim.subject for claim, each in zip(asked, opinions, strict=True) if each.verdict == "unknown"] == []
 
 
