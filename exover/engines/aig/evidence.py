@@ -54,6 +54,8 @@ class Evidence:
     settled: bool | None = None
     """Whether it is proved that the passes are enough; None before that is looked into."""
     found: dict[Leaf, Found] = field(default_factory=lambda: {Reach(FALSE): Found(False, PROVED)})
+    fairly: dict[Leaf, Found] = field(default_factory=dict)
+    """Whether a fair run comes to a moment to which some run comes, where not every run can go on fairly."""
     stranded: Trace | None = None
     """A run to a state from which the assumptions allow no step, if one is known; looked for if `goes_on` is false."""
 
@@ -104,8 +106,8 @@ class Evidence:
         """Return the answer to an elementary question, as far as it counts.
 
         A run to a moment, and a lasso, count in any case; all other answers only if the passes are proved enough. If
-        `fair`, a finite run, and any answer about ways, count only if every run can go on fairly; that no run comes to
-        a moment is true of fair runs, too.
+        `fair`, a finite run, and any answer about ways, count only if every run can go on fairly; else a moment may be
+        asked of fair runs alone. That no run comes to it is true of fair runs, too.
         """
         found = self.found.get(leaf, Found(None))
         if found.truth is None:
@@ -115,7 +117,7 @@ class Evidence:
             return Found(None, reason=NOT_PROVED)
         finite = isinstance(leaf, CutOff) or (found.truth and isinstance(leaf, Reach))
         if fair and finite and not self.goes_on(True):
-            return Found(None, reason=STRANDED)
+            return self.fairly.get(leaf, Found(None, reason=STRANDED))
         return found
 
 

@@ -25,7 +25,7 @@ from exover.engines.aig.encoding.questions import (
     RunQuestion,
     questions_in,
 )
-from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
+from exover.engines.aig.evidence import STRANDED, WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.liveness import judging
 from exover.engines.aig.liveness.machine_closure import is_machine_closed, stranded
 from exover.engines.aig.portfolio import SHORT, Portfolio
@@ -33,8 +33,10 @@ from exover.engines.aig.redundancy import changes
 from exover.engines.aig.ways import always_possible
 from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
-from exover.model.property import TRUE, finally_
-from exover.model.trace import Trace
+from exover.model.property import TRUE, Formula, finally_
+from exover.model.run_moments import is_true
+from exover.model.semantics import Reference
+from exover.model.trace import Trace, visited
 
 FAIR = "fair reports end every wait"
 URGENT = ("safety", "completeness", "obligation", "property")
@@ -59,8 +61,8 @@ class Inquiry:
 
     def __post_init__(self) -> None:
         self.evidence = Evidence(self._goes_on, self._some_run_is_fair)
-        asked = Questions(self.encoding)
-        self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
+        self._asked = Questions(self.encoding)
+        self.questions: list[RunQuestion] = [self._question(self._asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         bad = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)} - {FALSE}
         self.bad_states = BadStates(
@@ -135,6 +137,7 @@ class Inquiry:
         ):
             hear_all([(each, self._heard) for each in (lassos, found, at_length)], others)
         self._waits_end()
+        self._ask_of_fair_runs()
         self._tell(final=True)
 
     def _heard(self, answers: Sequence[Answered]) -> None:
@@ -260,11 +263,50 @@ class Inquiry:
         if self._fair_run is None:
             answers: list[judging.LassoAnswer] = []
             asked = [LassoQuestion(finally_(TRUE), True)]
-            decide = self._asking_for_lassos(self.bad_states.portfolio)
+            decide = self._asking_for_lassos(self.bad_states.portfolio.copy())
             fair = judging.Judging(deepcopy(self.encoding), asked, decide, lambda _, answer: answers.append(answer))
             fair.wander(self.bad_states.runs)
             self._fair_run = any(isinstance(answer, judging.ShownLasso) for answer in answers)
         return self._fair_run
+
+    def _ask_of_fair_runs(self) -> None:
+        """Ask whether fair runs come to the moments to which some run comes, where not every run can go on fairly."""
+        of_fair = [self.questions[number] for number in self.left if self.claims[number].fair]
+        asked = {leaf for question in of_fair for leaf in questions_in(question)}
+        come_to = {leaf for leaf, found in self.evidence.found.items() if found.truth}
+        leaves = [leaf for leaf in self._asked.shown if leaf in asked & come_to]
+        if not leaves or not self.evidence.settled or self._goes_on(True):
+            return
+        ways = [self._asked.shown[leaf] for leaf in leaves]
+
+        def said(index: int, answer: judging.LassoAnswer) -> None:
+            match answer:
+                case judging.NoLasso(method):
+                    self.evidence.fairly[leaves[index]] = Found(False, method)
+                case judging.ShownLasso(trace):
+                    found = self._up_to(ways[index].goal, trace, int(ways[index].strict))
+                    if found is not None:
+                        self.evidence.fairly[leaves[index]] = Found(True, WITNESS, found)
+                case Open():
+                    pass
+                case _:
+                    assert_never(answer)
+
+        decide = self._asking_for_lassos(self.bad_states.portfolio.copy())
+        questions = [LassoQuestion(way.path, True) for way in ways]
+        judging.Judging(deepcopy(self.encoding), questions, decide, said).run(self.bad_states.runs)
+
+    def _up_to(self, goal: Formula, trace: Trace, first: int) -> Trace | None:
+        """Return a run up to the first moment, from one on, of which a formula is true; None if answers hide it."""
+        reference = Reference(self.encoding.compiled.model)
+        events = (None, *trace.events)
+        answers = ((), *(moment.actions for moment in trace.moments))
+        states = visited(reference, trace.events)
+        for number, moment in enumerate(zip(events, states, answers, strict=True)):
+            truth = is_true(reference.model, *moment, goal) if number >= first else False
+            if truth is not False:
+                return Trace(trace.moments[:number]) if truth else None
+        return None
 
     def _excluded(self, circuit: Circuit) -> bool:
         answers: list[Answer] = []
@@ -284,6 +326,7 @@ class Inquiry:
         for number, question in enumerate(self.questions):
             if number not in self._said:
                 opinion = self.evidence.opinion(question, self.claims[number])
-                if final or opinion.verdict != "unknown" or self.evidence.is_complete(question):
+                known = opinion.verdict != "unknown" or self.evidence.is_complete(question)
+                if final or (known and STRANDED not in opinion.message):
                     self._said.add(number)
                     self.say(number, opinion)

@@ -80,9 +80,13 @@ RunQuestion = Reach | KnownAtStart | LassoQuestion | CutOff | OppositeQuestion |
 
 @dataclass
 class Questions:
-    """Makes questions about one encoding; latches for what a run must have kept are added to its graph."""
+    """Makes questions about one encoding; latches for what a run must have kept are added to its graph.
+
+    `shown`: by question whether some run comes to a moment, what that run shows.
+    """
 
     encoding: Encoding
+    shown: dict[Reach, ExistsUntil] = field(default_factory=dict)
     _begun: Literal | None = None
     _kept: dict[tuple[Formula, bool], Literal] = field(default_factory=dict)
 
@@ -119,11 +123,14 @@ class Questions:
                 assert_never(question)
 
     def _reach(self, way: ExistsUntil) -> RunQuestion:
-        if way.strict and way.allowed == FALSE:
-            return Reach(self.encoding.graph.conjunction(self._first, self.encoding.step_is(way.goal)))
         if not way.strict and self.encoding.moments.at_start(way.goal):
             return KnownAtStart(True)
-        return Reach(self._until(way.allowed, way.goal, way.strict))
+        if way.strict and way.allowed == FALSE:
+            bad = self.encoding.graph.conjunction(self._first, self.encoding.step_is(way.goal))
+        else:
+            bad = self._until(way.allowed, way.goal, way.strict)
+        self.shown.setdefault(Reach(bad), way)
+        return Reach(bad)
 
     def _until(self, left: Formula, right: Formula, strict: bool) -> Literal:
         """Return where a step comes to `right`, `left` having been true of every moment before (of the start too,
