@@ -109,8 +109,12 @@ class BadStates:
         return True
 
     def follow(self, known: "BadStates") -> None:
-        """Take over what is known of the same loop in a graph with the same latches, and say what its runs show."""
-        self.portfolio = replace(self.portfolio, lemmas=known.portfolio.lemmas)
+        """Take over what is known of the same loop in another graph, and say what its runs show.
+
+        The latches of the loop are the same there; those that the questions have added to either graph are not.
+        """
+        latches = tuple(latch for latch in self.circuit.latches if latch.node in self.encoding.own)
+        self.portfolio.lemmas.add(known.portfolio.lemmas.of(replace(self.circuit, latches=latches)))
         exploration = self._exploration(CoverageGoals())
         self._follow(exploration, known)
         self.seeds = exploration.seeds

@@ -16,6 +16,7 @@ from exover.engines.aig import bad_states, engine, inquiry, portfolio
 from exover.engines.aig.bad_states import BadStates
 from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.circuit.graph import Circuit, Literal
+from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.evidence import STRANDED, Answered
 from exover.engines.aig.inquiry import Inquiry
@@ -177,6 +178,24 @@ def test_where_no_run_is_fair_nothing_holds() -> None:
     text = "assume fair reports; assume never ended(m.b); assume always on; property p: never ended(m.b);"
     found = agree(f"poster on: bool = true; {TWO} launch at_once: m.b() when on;", text)
     assert found["property", "p"].verdict != "holds"
+
+
+def test_lemmas_about_latches_that_questions_add_stay_with_their_graph() -> None:
+    """Of two graphs of one loop such latches have the same numbers, and mean what was asked in each."""
+    made, properties = read(TWO, forms("asked(m.a) precedes launched(m.b)", "asked(m.b) precedes launched(m.a)"))
+    asked = list(CheckPlan(("property",), properties).questions(made.model))
+    claims = [check.claim(made.model, properties, each.subject) for check, each in asked]
+    one, other = (Inquiry(Encoding(made, properties), [each], lambda *_: None, "", 1000) for each in claims)
+    added, there = (
+        [latch for latch in each.bad_states.circuit.latches if latch.node not in each.encoding.own]
+        for each in (one, other)
+    )
+    assert added and [latch.node for latch in added] == [latch.node for latch in there]
+    wrong = [(2 * latch.node + (not latch.initial),) for latch in added]
+    one.bad_states.portfolio.lemmas.add(wrong)
+    assert one.bad_states.portfolio.lemmas.of(one.bad_states.circuit) == tuple(wrong)
+    other.follow(one)
+    assert other.bad_states.portfolio.lemmas.of(other.bad_states.circuit) == ()
 
 
 # ---- what rests on the passes ----

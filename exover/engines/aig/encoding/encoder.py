@@ -53,6 +53,8 @@ class Encoding:
     """The nodes of the inputs that are the number of the event, the least significant first."""
     given: tuple[int, ...] = ()
     """The nodes of all inputs of a step; what monitors guess comes later."""
+    own: frozenset[int] = frozenset()
+    """The nodes of the latches of the loop; questions and monitors add others, in each graph of theirs."""
 
     def __post_init__(self) -> None:
         model = self.compiled.model
@@ -68,6 +70,7 @@ class Encoding:
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
+        self.own = frozenset(node for node, _ in self.graph.latches)
 
     def _declare(self) -> None:
         """Make the variables of a state, and the reembedding of their reals."""
