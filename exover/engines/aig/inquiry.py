@@ -7,7 +7,7 @@ are followed on the reference interpreter before they count.
 
 from collections.abc import Callable, Sequence
 from copy import copy, deepcopy
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import assert_never
 
@@ -214,19 +214,7 @@ class Inquiry:
         return decide
 
     def _saying(self, tell: Callable[[Sequence[Answered]], None]) -> judging.SayLasso:
-        def said(index: int, answer: judging.LassoAnswer) -> None:
-            match answer:
-                case judging.NoLasso(method):
-                    found = Found(False, method)
-                case judging.ShownLasso(trace):
-                    found = Found(True, WITNESS, trace)
-                case Open(reason):
-                    found = Found(None, reason=reason)
-                case _:
-                    assert_never(answer)
-            tell([(self._infinite[index], found)])
-
-        return said
+        return lambda index, answer: tell([(self._infinite[index], _found(answer))])
 
     def wander(self, urgent: bool = False) -> None:
         """Look for random lassos, and say what they show, before anything is proved; `urgent`: for errors alone."""
@@ -262,12 +250,16 @@ class Inquiry:
         """Return whether a fair run under the assumptions is found, near the runs that are known."""
         if self._fair_run is None:
             answers: list[judging.LassoAnswer] = []
-            asked = [LassoQuestion(finally_(TRUE), True)]
-            decide = self._asking_for_lassos(self.bad_states.portfolio.copy())
-            fair = judging.Judging(deepcopy(self.encoding), asked, decide, lambda _, answer: answers.append(answer))
+            fair = self._judging_fair([finally_(TRUE)], lambda _, answer: answers.append(answer))
             fair.wander(self.bad_states.runs)
             self._fair_run = any(isinstance(answer, judging.ShownLasso) for answer in answers)
         return self._fair_run
+
+    def _judging_fair(self, paths: Sequence[Formula], say: judging.SayLasso) -> judging.Judging:
+        """Return what judges whether fair runs satisfy formulas; it adds monitors to a graph of its own."""
+        asked = [LassoQuestion(path, True) for path in paths]
+        decide = self._asking_for_lassos(self.bad_states.portfolio.copy())
+        return judging.Judging(deepcopy(self.encoding), asked, decide, say)
 
     def _ask_of_fair_runs(self) -> None:
         """Ask whether fair runs come to the moments to which some run comes, where not every run can go on fairly."""
@@ -280,21 +272,13 @@ class Inquiry:
         ways = [self._asked.shown[leaf] for leaf in leaves]
 
         def said(index: int, answer: judging.LassoAnswer) -> None:
-            match answer:
-                case judging.NoLasso(method):
-                    self.evidence.fairly[leaves[index]] = Found(False, method)
-                case judging.ShownLasso(trace):
-                    found = self._up_to(ways[index].goal, trace, int(ways[index].strict))
-                    if found is not None:
-                        self.evidence.fairly[leaves[index]] = Found(True, WITNESS, found)
-                case Open():
-                    pass
-                case _:
-                    assert_never(answer)
+            found, way = _found(answer), ways[index]
+            if found.trace is not None:
+                found = replace(found, trace=self._up_to(way.goal, found.trace, int(way.strict)))
+            if found.truth is False or found.trace is not None:
+                self.evidence.fairly[leaves[index]] = found
 
-        decide = self._asking_for_lassos(self.bad_states.portfolio.copy())
-        questions = [LassoQuestion(way.path, True) for way in ways]
-        judging.Judging(deepcopy(self.encoding), questions, decide, said).run(self.bad_states.runs)
+        self._judging_fair([way.path for way in ways], said).run(self.bad_states.runs)
 
     def _up_to(self, goal: Formula, trace: Trace, first: int) -> Trace | None:
         """Return a run up to the first moment, from one on, of which a formula is true; None if answers hide it."""
@@ -330,3 +314,16 @@ class Inquiry:
                 if final or (known and STRANDED not in opinion.message):
                     self._said.add(number)
                     self.say(number, opinion)
+
+
+def _found(answer: judging.LassoAnswer) -> Found:
+    """Return what an answer says of a question about infinite runs."""
+    match answer:
+        case judging.NoLasso(method):
+            return Found(False, method)
+        case judging.ShownLasso(trace):
+            return Found(True, WITNESS, trace)
+        case Open(reason):
+            return Found(None, reason=reason)
+        case _:
+            assert_never(answer)

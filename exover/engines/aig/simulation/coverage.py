@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Sequence
 
 from exover.dataclass import dataclass
-from exover.engines.aig.circuit.kernel import kernel
+from exover.engines.aig.circuit.kernel import address, kernel
 from exover.engines.aig.simulation.lanes import LaneWord, lowest
 
 
@@ -57,10 +57,8 @@ class PairCoverage:
             return self._covered(signals, most)
         size = lanes // 64 + 1
         words = b"".join(word.to_bytes(8 * size, "little") for word in signals)
-        held = (ctypes.c_uint32 * len(self._pairs)).from_buffer(self._pairs)
         found, have = (ctypes.c_uint32 * (most + 1))(), (ctypes.c_uint64 * size)()
-        left = native.cover(words, size, held, len(self), most, found, have)
-        del held
+        left = native.cover(words, size, address(self._pairs), len(self), most, found, have)
         del self._pairs[2 * left :]
         return found[1 : 1 + found[0]]
 
