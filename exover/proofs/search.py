@@ -7,12 +7,12 @@ from functools import cached_property
 
 from exover.certificate.check import State
 from exover.checks.finding import Finding
-from exover.checks.questions.property import UNFAIR
+from exover.checks.questions.property import is_contradiction
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.engines.bdd.manager import Set
-from exover.loop.claim import CONTRADICTION, Claim, Progress
+from exover.loop.claim import Claim, Progress
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.step_predicates import moments
 from exover.model.model import NOWHERE
@@ -96,7 +96,7 @@ class ProofSearch:
         """
         if finding.verdict == "unknown" or claim.formula is None:
             raise Unsaid("the question has no answer")
-        if finding.message.startswith((CONTRADICTION, UNFAIR)):
+        if is_contradiction(finding.message):
             raise Unsaid("that the assumptions contradict each other is no part of the claim")
         holds = finding.verdict == "holds"
         if claim.linear and not holds:

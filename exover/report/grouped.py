@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from exover.checks.finding import Finding, FindingKey
-from exover.checks.questions.property import UNFAIR
-from exover.loop.claim import CONTRADICTION
+from exover.checks.questions.property import is_contradiction
 
 
 def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
@@ -25,7 +24,7 @@ def _contradicted(violated: Iterable[Finding]) -> Iterator[tuple[Finding, Findin
     """Yield the properties for which the same contradiction of assumptions is told, each with the first of these."""
     first: dict[str, Finding] = {}
     for finding in violated:
-        if finding.check == "property" and finding.message.startswith((CONTRADICTION, UNFAIR)):
+        if finding.check == "property" and is_contradiction(finding.message):
             cause = first.setdefault(finding.message, finding)
             if cause is not finding:
                 yield finding, cause

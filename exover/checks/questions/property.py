@@ -28,6 +28,11 @@ BROKEN: dict[Form, str] = {
 }
 
 
+def is_contradiction(message: str) -> bool:
+    """Return whether a message says where the assumptions contradict each other."""
+    return message.startswith((CONTRADICTION, UNFAIR))
+
+
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a property: holds iff its formula is true at the start, of the runs that the assumptions leave.
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from exover.checks.finding import Finding
-from exover.checks.questions.property import UNFAIR, VACUOUS
+from exover.checks.questions.property import VACUOUS, is_contradiction
 from exover.checks.questions.question import Check, Question
-from exover.loop.claim import CONTRADICTION, CONTRADICTORY, NO_FORMULA, Opinion
+from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Opinion
 from exover.model.trace import Disagreement
 
 OTHERS = "; "
@@ -69,7 +69,7 @@ def _coherent(answer: Finding) -> bool:
     """Return whether a finding implies that the assumptions do not contradict each other."""
     if answer.check != "property" or answer.verdict == "unknown":
         return False
-    return answer.verdict == "holds" or (answer.engine == "bdd" and answer.message not in (CONTRADICTION, UNFAIR))
+    return answer.verdict == "holds" or (answer.engine == "bdd" and not is_contradiction(answer.message))
 
 
 def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -6,7 +6,7 @@ from math import inf
 from time import perf_counter
 
 from exover.checks.finding import SEVERITIES, Counted, Finding
-from exover.checks.questions.property import UNFAIR
+from exover.checks.questions.property import is_contradiction
 from exover.checks.questions.question import TABLES, WITNESS, Check, Question
 from exover.checks.schedule.agenda import Agenda, Lot, Turn
 from exover.checks.schedule.engines import EngineName, Engines, at_once, batch_of, judge_of
@@ -15,7 +15,7 @@ from exover.checks.schedule.opinions import finding_of
 from exover.checks.schedule.serving import Say
 from exover.dataclass import dataclass
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.loop.claim import APPROXIMATE, CONTRADICTION, Claim, Judge, Opinion, Progress, believed
+from exover.loop.claim import APPROXIMATE, Claim, Judge, Opinion, Progress, believed
 from exover.loop.finite.tested_bounds import TooLarge
 
 SHOWN = 0.05
@@ -153,7 +153,7 @@ class TaskRunner:
 
     def _believed(self, number: int, finding: Finding) -> bool:
         """Return whether a finding of decision diagrams is right even if their loop has too many runs."""
-        if finding.verdict == "unknown" or finding.method == TABLES or finding.message in (CONTRADICTION, UNFAIR):
+        if finding.verdict == "unknown" or finding.method == TABLES or is_contradiction(finding.message):
             return True
         return believed(self._claim(number), finding.verdict, finding.trace is not None or finding.method == WITNESS)
 
