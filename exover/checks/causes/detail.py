@@ -29,7 +29,7 @@ from exover.checks.causes.property_detail import (
     requests_named,
 )
 from exover.checks.causes.remedy import advice
-from exover.checks.causes.shadow_detail import of_reachability, of_redundancy, of_rule_use
+from exover.checks.causes.shadow_detail import of_idle_guard, of_reachability, of_redundancy, of_rule_use
 from exover.checks.causes.shadowing import RULES, WithoutRules, shadows
 from exover.checks.finding import Finding
 from exover.checks.questions.property import BROKEN, VIOLATED, named
@@ -215,6 +215,7 @@ DETAILS: Mapping[str, Callable[[BrokenFinding], str]] = {
     "vacuity": _vacuity,
     "rule-use": of_rule_use,
     "redundancy": of_redundancy,
+    "idle-guard": of_idle_guard,
     "reachability": of_reachability,
     "obligation": of_obligation,
     "deadlock": of_deadlock,

@@ -6,6 +6,9 @@ from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, decide_t
 from exover.checks.causes.cause_wording import beyond_capacity
 from exover.checks.causes.excluded import kept
 from exover.checks.causes.shadowing import Shadowing
+from exover.checks.questions.demands import certain_before, demands
+from exover.checks.questions.idle_guard import NEVER as UNDECIDING
+from exover.checks.questions.idle_guard import UNCALLED as UNDEMANDED
 from exover.checks.questions.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
 from exover.checks.questions.rule_use import VIOLATED as UNNAMED
 from exover.model.expression import Cond, Past, Status
@@ -93,6 +96,16 @@ def of_redundancy(broken: BrokenFinding) -> str:
     """Return the message of the finding, with the rules that decide in the place of the redundant one."""
     rules = broken.near.instead_of(broken.finding.subject) if broken.near else ()
     return "; ".join([broken.finding.message, *([f"in its place {decide_text(rules)}"] if rules else [])])
+
+
+def of_idle_guard(broken: BrokenFinding) -> str:
+    """Return what the guard or remedy never does, with the remedy before it that always applies."""
+    label, _ = demands(broken.model)[broken.finding.subject]
+    before = certain_before(broken.model, label)
+    if before is not None:
+        return f"{UNDECIDING}: `{before}` stands before it, and always applies"
+    killed = f"no run kills `{label[2]}` for this rule, or gives it up while it waits" if label[0] == "kill" else ""
+    return f"{killed or UNDECIDING}: {UNDEMANDED}"
 
 
 def of_reachability(broken: BrokenFinding) -> str:

@@ -34,6 +34,21 @@ def demands(model: Model) -> Demands:
     return by_name
 
 
+def certain_before(model: Model, label: Label) -> str | None:
+    """Return the `reject` or `wait` that stands before a remedy wherever its name is written, else None.
+
+    Both always apply, so that no remedy behind them is taken.
+    """
+    written = [_named(each.name, each.remedies, each.slot_of) for each in model.rules if each.name == label[1]]
+    written += [_named(each.name, each.remedies, None) for each in model.resources if each.name == label[1]]
+    found = set[str | None]()
+    for labels in ([each for _, each in remedies] for remedies in written):
+        if label in labels:
+            before = (each[0] for each in labels[: labels.index(label)] if each[0] != "kill")
+            found.add(next(before, None))
+    return found.pop() if len(found) == 1 else None
+
+
 def _named(rule: str, remedies: tuple[Remedy, ...], slot_of: str | None) -> Iterator[tuple[str, Label]]:
     for remedy in remedies:
         match remedy:

@@ -9,7 +9,8 @@ from exover.model.property import Passed, Properties, some_finally
 
 IFF = "a guard or remedy is never the one that decides (a `wait` that a `fail` always beats, a `kill` never applied)"
 HOLDS = "some step of a run is decided by it"
-VIOLATED = "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
+NEVER, UNCALLED = "no decision of any run is made by it", "nothing calls for it, or another demand always goes before"
+VIOLATED = f"{NEVER}: {UNCALLED}"
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -23,8 +24,6 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds(HOLDS, WITNESS)
     if context.analysis.passes(label):
         return question.holds(HOLDS)
-    if label[0] == "kill":
-        return question.violated(f"no run kills `{label[2]}` for this rule, or gives it up while it waits")
     return question.violated(VIOLATED)
 
 

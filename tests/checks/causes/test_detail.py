@@ -737,3 +737,17 @@ def test_of_a_conclusion_it_is_told_what_keeps_those_from_a_launch_that_would_ma
         "`drawer.pull()` is refused by `drawer.pull.in_`, there drawer.pos == middle; "
         "`drawer.push()` is refused by `drawer.push.was`, there drawer.pos == middle"
     )
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_of_an_idle_remedy_it_is_told_what_stands_before_it_or_that_nothing_is_killed(engines: Engines) -> None:
+    spec = """spec s; resource air: 6 by wait or reject; poster wind: int in 0 .. 60 = 0;
+    module m { request a() { uses air 4; } request b() { uses air 4; } }
+    forbid gale: wind > 20 and active(m.a) by kill m.a; forbid storm: wind > 30 and active(m.a) by kill m.a;"""
+    findings = found(spec, "", engines, "idle-guard")
+    told = {subject: each.message for (_, subject), each in findings.items() if each.verdict == "violated"}
+    assert told == {
+        "air.reject": "no decision of any run is made by it: `wait` stands before it, and always applies",
+        "storm.kill m.a": "no run kills `m.a` for this rule, or gives it up while it waits: "
+        "nothing calls for it, or another demand always goes before",
+    }
