@@ -37,19 +37,20 @@ def _unnamed(broken: BrokenFinding) -> str:
         return f"{never}, since {forbid_text(shadowing.forbids)} the steps in which {one} would"
     causes = list(map(str, dict.fromkeys(found)))
     causes += never_launched(broken, _settled_by(broken, name))
-    if shadowing.rules:
-        causes.append(f"where {one} would, {decide_text(shadowing.rules)}")
-    if shadowing.in_turn:
-        first, *others = shadowing.in_turn
-        causes.append(
-            ", ".join([f"where {one} would, {decide_text([first])}", *(f"and without it `{e}`" for e in others)])
-        )
+    causes += list(kept(model, name)) or _before(shadowing, one)
     if shadowing.unassumed and not causes:
         causes.append(f"without the assumptions, {listed(shadowing.unassumed)} would decide in its place")
-    causes += [] if causes else kept(model, name)
     if stands == "idle" and not causes:
         causes.append(UNCALLED)
     return "; ".join([f"{never}: {'; '.join(causes)}" if causes else never, advice])
+
+
+def _before(shadowing: Shadowing, one: str) -> list[str]:
+    """Return, as at most one part of a sentence, the rules that decide where one that never acts would."""
+    first, *others = shadowing.in_turn or (None,)
+    if first is None:
+        return [f"where {one} would, {decide_text(shadowing.rules)}"] if shadowing.rules else []
+    return [", ".join([f"where {one} would, {decide_text([first])}", *(f"and without it `{each}`" for each in others)])]
 
 
 def _taken_out(broken: BrokenFinding) -> str:

@@ -50,19 +50,40 @@ def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> Non
     assert message == f"it never acts: {causes}; correct it or take it out"
 
 
-def test_rules_of_which_each_is_enough_to_decide_first_are_all_named() -> None:
-    spec = """spec s; module g {
+POSE = """spec s; module g {
     state pose: {stand, go} = stand;
     request walk() {
         on launch set pose = go; on ok set pose = stand; on failed set pose = stand; on interrupted set pose = stand;
     }
-    request turn() { check upright: pose == stand; wait still: until not active(g.walk); }
+    request turn() { check upright: pose == stand; CLAUSE }
 }
 mutex motion: g.walk, g.turn;"""
+
+
+@pytest.mark.parametrize(
+    ("clause", "rules", "name", "cause"),
+    [
+        (
+            "wait still: until not active(g.walk);",
+            "",
+            "g.turn.still",
+            "where it would, `g.turn.upright` decides, and without it `motion`",
+        ),
+        (
+            "uses power 60;",
+            "resource power: 100; context g.walk { uses power 60; }",
+            "power",
+            "`motion` leaves at most 60 of 100 taken at a time",
+        ),
+    ],
+)
+def test_rules_of_which_each_is_enough_to_decide_first_are_told_by_what_keeps_it_if_that_is_known(
+    clause: str, rules: str, name: str, cause: str
+) -> None:
+    spec = POSE.replace("CLAUSE", clause) + rules
     findings = check_by_diagrams(compiled(model_of(spec))).findings
     said = {each.subject: each.message for each in findings if each.check == "rule-use" and each.verdict == "violated"}
-    cause = "where it would, `g.turn.upright` decides, and without it `motion`"
-    assert said == {"g.turn.still": f"it never acts: {cause}; correct it or take it out"}
+    assert said == {name: f"it never acts: {cause}; correct it or take it out"}
 
 
 SILENT = "no answer names it, but it decides without a word: it keeps what waits waiting; "
