@@ -209,6 +209,15 @@ def test_a_request_that_never_ends_beside_fair_reports_is_warned_of(run, spec, a
     assert (told in run("check", spec, "--only", "property").stderr) == warned
 
 
+def test_a_request_that_never_ends_with_some_arguments_beside_fair_reports_is_warned_of(run, tmp_path):
+    spec = tmp_path / "s.exo"
+    spec.write_text("spec s; module m { request a(x: int in 0 .. 9); request b(); } mutex m.a, m.b;")
+    file = spec.with_suffix(".prop")
+    file.write_text("for s;\nassume fair reports;\nassume never ended(m.a with x > 5);\n")
+    told = "`never ended(m.a with x > 5)` and `assume fair reports` leave no run on which m.a is active with x > 5: if it"
+    assert f"exover: warning: {file}:3:1: {told}" in run("check", spec, "--only", "property").stderr
+
+
 def test_a_condition_that_never_changes_is_warned_of_unless_a_finding_tells_of_it(run, tmp_path):
     spec = tmp_path / "arm.exo"
     spec.write_text("""spec arm; poster wind: int in 0 .. 60 = 0;

@@ -16,6 +16,7 @@ from exover.model.shares import most_held
 from exover.model.state import resting
 from exover.model.types import Value
 from exover.model.waiting import may_wait
+from exover.model.wording import condition_text
 
 MOST_TAKING = 16
 """The greatest number of requests of a resource or a limit of which all sets are looked at."""
@@ -167,8 +168,9 @@ def never_fair(properties: Properties) -> Iterator[str]:
     for assumption in properties.assumptions if properties.fair else ():
         for each in conjuncts(assumption.formula):
             match each:
-                case Negation(Happened("ended", name, None)):
-                    both = f"`never ended({name})` and `assume fair reports` leave no run on which {name} is active"
+                case Negation(Happened("ended", name, where) as ended):
+                    active = f"{name} is active{f' with {condition_text(where)}' if where is not None else ''}"
+                    both = f"`never {condition_text(ended)}` and `assume fair reports` leave no run on which {active}"
                     yield f"{assumption.location}: {both}: if it may run for ever, leave out one of them"
                 case _:
                     pass
