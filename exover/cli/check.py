@@ -12,7 +12,7 @@ from time import monotonic
 
 from exover import __version__
 from exover.checks.causes.detail import out_of_range, unchanging
-from exover.checks.causes.excluded import never_fair
+from exover.checks.causes.excluded import never_broken, never_fair
 from exover.checks.finding import Finding
 from exover.checks.run import CheckOutcome, unanswered
 from exover.checks.schedule.answers import AnswerStore
@@ -120,7 +120,7 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
         return Examined(Unchecked(__version__, file, f"{limits.reason}: the spec was not read"), status)
     if arguments.certificate and asked is not None:
         raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
-    for remark in (*out_of_range(model, properties), *never_fair(properties)):
+    for remark in (*out_of_range(model, properties), *never_fair(properties), *never_broken(model, properties)):
         complain(f"exover: warning: {remark}")
     store = answers_of(arguments, arguments.spec)
     plan = CheckPlan(asked, properties, engines, arguments.count)

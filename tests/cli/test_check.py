@@ -214,8 +214,34 @@ def test_a_request_that_never_ends_with_some_arguments_beside_fair_reports_is_wa
     spec.write_text("spec s; module m { request a(x: int in 0 .. 9); request b(); } mutex m.a, m.b;")
     file = spec.with_suffix(".prop")
     file.write_text("for s;\nassume fair reports;\nassume never ended(m.a with x > 5);\n")
-    told = "`never ended(m.a with x > 5)` and `assume fair reports` leave no run on which m.a is active with x > 5: if it"
+    told = (
+        "`never ended(m.a with x > 5)` and `assume fair reports` leave no run on which m.a is active with x > 5: if it"
+    )
     assert f"exover: warning: {file}:3:1: {told}" in run("check", spec, "--only", "property").stderr
+
+
+@pytest.mark.parametrize(
+    ("assumed", "reads"),
+    [
+        ("always depth <= 220", ["depth` is broken: then it reads 250"]),
+        ("never (depth > 220 or lamp)", ["depth` is broken: then it reads 250", "lamp` is broken: then it reads true"]),
+        ("always (depth <= 220 or depth == 250)", []),
+        ("never (depth > 220 and lamp)", []),
+        ("never (depth > 220 and active(m.a))", []),
+        ("never (asked(m.a) and depth > 220)", []),
+        ("never depth > rail", []),
+        ("always rail < 9", []),
+    ],
+)
+def test_an_assumption_under_which_no_sensor_breaks_is_warned_of(run, tmp_path, assumed, reads):
+    spec = tmp_path / "s.exo"
+    spec.write_text("""spec s; poster depth: int in 0 .. 250 = 0 else 250; poster lamp: bool = false else true;
+poster rail: int in 0 .. 300 = 300; module m { request a(); request b(); } mutex m.a, m.b;""")
+    file = spec.with_suffix(".prop")
+    file.write_text(f"for s;\nassume {assumed};\n")
+    said = f"exover: warning: {file}:2:1: the assumption leaves no run on which `"
+    lines = run("check", spec, "--only", "consistency").stderr.splitlines()
+    assert [each.removeprefix(said) for each in lines if "leaves no run" in each] == reads
 
 
 def test_a_condition_that_never_changes_is_warned_of_unless_a_finding_tells_of_it(run, tmp_path):

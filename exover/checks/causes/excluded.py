@@ -13,10 +13,10 @@ from exover.model.model import Model, Rule, SetState
 from exover.model.property import Atom, Formula, Happened, Negation, Properties
 from exover.model.reads import Read, reads
 from exover.model.shares import most_held
-from exover.model.state import resting
+from exover.model.state import State, resting
 from exover.model.types import Value
 from exover.model.waiting import may_wait
-from exover.model.wording import condition_text
+from exover.model.wording import condition_text, value_text
 
 MOST_TAKING = 16
 """The greatest number of requests of a resource or a limit of which all sets are looked at."""
@@ -174,3 +174,33 @@ def never_fair(properties: Properties) -> Iterator[str]:
                     yield f"{assumption.location}: {both}: if it may run for ever, leave out one of them"
                 case _:
                     pass
+
+
+def never_broken(model: Model, properties: Properties) -> Iterator[str]:
+    """Yield, in words, the assumptions that are false wherever a poster reads its `else` value, whatever else holds."""
+    start = resting(model)
+    for assumption in properties.assumptions:
+        wrong = list(_excluded(assumption.formula))
+        read = sorted({each.name for condition in wrong for each in reads(condition) if each.kind == "reading"})
+        for poster in map(model.variable.__getitem__, read):
+            if poster.fallback is not None:
+                broken = start.with_reading(poster.name, poster.fallback)
+                if any(truth(each, partial(_read_alone, model, broken, poster.name)) for each in wrong):
+                    then = f"`{poster.name}` is broken: then it reads {value_text(poster.fallback)}"
+                    yield f"{assumption.location}: the assumption leaves no run on which {then}"
+
+
+def _excluded(assumed: Formula) -> Iterator[Cond]:
+    """Yield conditions on states that are false wherever a formula is true."""
+    for each in conjuncts(assumed):
+        match each:
+            case Atom(condition):
+                yield Not(condition)
+            case Negation(Atom(condition)):
+                yield condition
+            case _:
+                pass
+
+
+def _read_alone(model: Model, state: State, variable: str, condition: Cond) -> bool | None:
+    return holds(model, state, condition) if set(reads(condition)) == {Read("reading", variable)} else None
