@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from itertools import islice
 
-from exover.checks.causes.blocking import Blocked, Forbidden
+from exover.checks.causes.blocking import Blocked, Forbidden, Link, Unended
 from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, forbid_text, never_launched
 from exover.checks.causes.cause_wording import asked_text, reason_text
 from exover.checks.causes.near_events import least_arguments
@@ -105,15 +105,17 @@ def _chain(broken: BrokenFinding, state: State, name: str) -> str:
     return "; ".join(_told(broken, broken.obstacles.chain(state, name)))
 
 
-def _told(broken: BrokenFinding, links: Iterable[tuple[State, Blocked | Forbidden | Launch]]) -> list[str]:
+def _told(broken: BrokenFinding, links: Iterable[tuple[State, Link]]) -> list[str]:
     """Return up to `LINKS` causes as parts of a sentence, and whether there are more."""
     first = list(islice(links, LINKS + 1))
     return [_link(broken, *each) for each in first[:LINKS]] + ["and so on"] * (len(first) > LINKS)
 
 
-def _link(broken: BrokenFinding, state: State, link: Blocked | Forbidden | Launch) -> str:
+def _link(broken: BrokenFinding, state: State, link: Link) -> str:
     if isinstance(link, Launch):
         return f"launch rule `{link.name}` requires `{link.request}` there"
+    if isinstance(link, Unended):
+        return f"`{link.request.name}` does not end there, for {forbid_text([link.assumption])} each report of it"
     asked, so = asked_text(link.request, link.args), _so(broken, state, link)
     if isinstance(link, Forbidden):
         return f"{so}{asked} would be launched, but {forbid_text([link.assumption])} the step"

@@ -15,7 +15,7 @@ from typing import Literal
 from exover.checks.causes.hindrances import changed, hindering, made_by, reason_reads, settings, touches
 from exover.checks.causes.near_events import arguments, least_arguments, observations, onward, reports
 from exover.checks.causes.property_detail import conditions
-from exover.checks.causes.shadowing import Tried, WithoutRules
+from exover.checks.causes.shadowing import Tried, WithoutRules, forbid_each
 from exover.checks.causes.toward import toward
 from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason
@@ -26,7 +26,7 @@ from exover.model.model import Launch, Request
 from exover.model.property import Assumption
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
-from exover.model.state import State
+from exover.model.state import SlotId, State
 
 TRIED = 4
 """The number of random arguments of a request that are tried besides the least."""
@@ -66,6 +66,18 @@ class Forbidden:
     request: Request
     args: Args
     assumption: Assumption
+
+
+@dataclass(frozen=True, slots=True)
+class Unended:
+    """A request that is active in a state in which an assumption forbids each report of it."""
+
+    request: Request
+    assumption: Assumption
+
+
+Link = Blocked | Forbidden | Unended | Launch
+"""A cause in a chain of causes."""
 
 
 @dataclass
@@ -215,17 +227,17 @@ class Obstacles:
         later, last = self.lasting(state, name)
         return later, last or self.forbidden(later, name)
 
-    def chain(self, state: State, name: str) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
+    def chain(self, state: State, name: str) -> Iterator[tuple[State, Link]]:
         """Yield the causes that keep a request from a launch, breadth first, each with a state in which it is one.
 
-        After a rule come the launch rules that launch again what holds the request up, and the requests that would mend
-        it but cannot start either, waiting ones first.
+        After a rule come the requests that hold the request up and that assumptions keep from ending, the launch rules
+        that launch them again, and the requests that would mend it but cannot start either, waiting ones first.
         """
         there, link = self.stays(state, name)
         if link is not None:
             yield from self._links({name}, deque([(there, link)]))
 
-    def missing(self, state: State, conditions: Sequence[Cond]) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
+    def missing(self, state: State, conditions: Sequence[Cond]) -> Iterator[tuple[State, Link]]:
         """Yield the causes that keep those requests from a launch that would make one of the conditions true, if it is
         false, and their causes, as `chain` does.
         """
@@ -239,15 +251,17 @@ class Obstacles:
         told = set[str]()
         yield from self._links(told, deque(self._stuck(state, wanted, told)))
 
-    def _links(
-        self, told: set[str], left: deque[tuple[State, Blocked | Forbidden]]
-    ) -> Iterator[tuple[State, Blocked | Forbidden | Launch]]:
+    def _links(self, told: set[str], left: deque[tuple[State, Blocked | Forbidden]]) -> Iterator[tuple[State, Link]]:
         """Yield links and their causes, breadth first, without launch rules and requests that are `told` already."""
+        known = set[Unended]()
         while left:
             there, link = left.popleft()
             yield there, link
             if not isinstance(link, Blocked):
                 continue
+            endless = [each for each in self._unended(there, link) if each not in known]
+            known.update(endless)
+            yield from ((there, each) for each in endless)
             again = [each for each in self.requiring(there, link) if each.name not in told]
             told.update(each.name for each in again)
             yield from ((there, each) for each in again)
@@ -273,6 +287,19 @@ class Obstacles:
                     told.add(each.name)
                     found.append((later, last))
         return sorted(found, key=lambda pair: not there.places[pair[1].request.name])
+
+    def _unended(self, state: State, link: Blocked) -> Iterator[Unended]:
+        """Yield the requests that hold the request up in a state and of a slot of which an assumption forbids each
+        report that is tried.
+        """
+        hinders = set(hindering(self.reference.model, link.request, link.reason))
+        steps = dict[SlotId, list[Tried]]()
+        for report in reports(self.reference.model, state, Random(0)) if self.assumptions else ():
+            if report.request in hinders:
+                tried = Tried(self.reference, self.assumptions, state, report)
+                steps.setdefault((report.request, report.slot), []).append(tried)
+        for (name, _), ended in steps.items():
+            yield from (Unended(self.reference.model.request[name], each) for each in forbid_each(ended)[:1])
 
     def requiring(self, state: State, link: Blocked) -> list[Launch]:
         """Return the launch rules that require in a state what is active there and holds the request up."""

@@ -166,8 +166,8 @@ class Shadows:
             return Shadowing(rules, tuple(rule for rule in rules if alone[rule]))
         if forbidden:
             forbidden += (step for step in self._further([request]) if step.forbids and step.launches(name))
-            return Shadowing(rules, forbids=_forbid_each(forbidden))
-        forbids = _forbid_each(forbidden_without) if forbidden_without else None
+            return Shadowing(rules, forbids=forbid_each(forbidden))
+        forbids = forbid_each(forbidden_without) if forbidden_without else None
         return Shadowing(rules, tuple(rule for rule in rules if beside[rule]), forbids)
 
     def _steps(
@@ -300,14 +300,14 @@ def _by_count(counted: Counter[str]) -> tuple[str, ...]:
     return tuple(each for each, _ in counted.most_common())
 
 
-def _forbid_each(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
+def forbid_each(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
     """Return the assumptions that forbid each of some steps."""
     return tuple(each for each in steps[0].forbids if all(each in step.forbids for step in steps))
 
 
 def _alone_forbid(steps: Sequence[Tried]) -> tuple[Assumption, ...]:
     """Return the assumptions that forbid each of some steps, if one step is known to break no other; else none."""
-    found = _forbid_each(steps)
+    found = forbid_each(steps)
     return found if any(step.is_settled and step.forbids == found for step in steps) else ()
 
 

@@ -751,3 +751,26 @@ def test_of_an_idle_remedy_it_is_told_what_stands_before_it_or_that_nothing_is_k
         "storm.kill m.a": "no run kills `m.a` for this rule, or gives it up while it waits: "
         "nothing calls for it, or another demand always goes before",
     }
+
+
+@pytest.mark.parametrize(
+    ("assumed", "told"),
+    [
+        ("never ended(m.fly)", True),
+        ("never (ended(m.fly) and active(m.stop))", True),
+        ("never (ended(m.fly) and dark)", False),
+        ("never (ended(m.fly) and not past(m.stop))", True),
+    ],
+)
+def test_of_a_request_that_is_waited_for_it_is_told_that_an_assumption_keeps_it_from_ending(
+    assumed: str, told: bool
+) -> None:
+    spec = """spec s; poster dark: bool = true; module m { request fly(); request stop(); }
+    mutex landed: m.stop over m.fly;"""
+    findings = found(spec, f"for s; assume {assumed};", asked="deadlock")
+    message = findings["deadlock", "m.stop"].message
+    cause = "; `m.fly` does not end there, for the assumption at s.prop:1:8 forbids each report of it"
+    if told:
+        assert message.endswith(f"`m.stop` waits by `landed`, there stopping(m.fly){cause}")
+    else:
+        assert cause not in message
