@@ -19,10 +19,12 @@ def reason_reads(model: Model, state: State, request: Request, reason: Reason) -
     read: dict[Read, None] = {}
     if reason == BUSY:
         read[Read("active" if state.active([request.name]) else "waiting", request.name)] = None
+    idle = {name for name in hindering(model, request, reason) if not state.active([name])}
     for guard in request.guards:
         if guard.name == reason.rule:
-            read |= dict.fromkeys(sorted(reads(guard.condition)))
-    idle = {name for name in hindering(model, request, reason) if not state.active([name])}
+            in_the_way = idle - set(made_by(model, guard.condition, truth=True))
+            told = (each for each in reads(guard.condition) if each.kind != "active" or each.name not in in_the_way)
+            read |= dict.fromkeys(sorted(told))
     for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
         holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
         for held in holders:
