@@ -161,7 +161,7 @@ def _property(broken: BrokenFinding) -> str:
     parts += owed(since)
     if prop.form == "ltl":
         parts += false_first(broken.reference, prop.formula, finding.trace)
-    parts += given_up(finding.trace, since or 0)
+    parts += given_up(finding.trace, since or 0, prop.formula)
     state = broken.end
     if state is not None and finding.trace is not None and finding.trace.loop_start is not None:
         names = dict.fromkeys(name for names in requests_named(prop.formula) for name in names)

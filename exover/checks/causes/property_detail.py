@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from exover.checks.questions.property import BROKEN
-from exover.model.event import Abort, AbortWaiting, Event
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Rejected
 from exover.model.expression import And, Cond, Status
 from exover.model.expression import atoms as condition_atoms
 from exover.model.property import (
@@ -28,7 +28,7 @@ from exover.model.wording import condition_text
 LONG = 60
 """The greatest length of a condition, in characters, that is written out in such a message."""
 ABORTS = 2
-"""The greatest number of aborts that a message names."""
+"""The greatest number of aborts, and of asks that supersede a wait, that a message names."""
 
 
 def how_broken(prop: Property, trace: Trace | None) -> str:
@@ -94,23 +94,31 @@ def owed(since: int | None) -> list[str]:
     return [] if since is None else [f"the premise is true {f'after step {since}' if since else 'at the start'}"]
 
 
-def given_up(trace: Trace | None, since: int) -> list[str]:
-    """Return, as parts of a sentence, the first waits and slots that a lasso ends by an abort after a number of steps.
+def given_up(trace: Trace | None, since: int, formula: Formula) -> list[str]:
+    """Return, as parts of a sentence, the first waits and slots that a lasso ends by an abort after a number of steps,
+    and the waits for requests of the formula that an ask supersedes.
 
     Each step of a lasso is needed, so an abort has its share in that what must come never does.
     """
     if trace is None or trace.loop_start is None:
         return []
+    names = {name for named in requests_named(formula) for name in named}
     told: dict[str, int] = {}
-    for number, event in enumerate(trace.events[since:], since + 1):
-        match event:
+    for number, moment in enumerate(trace.moments[since:], since + 1):
+        match moment.event:
             case AbortWaiting(request):
-                told.setdefault(f"the wait of `{request}` is given up", number)
+                told.setdefault(f"the wait of `{request}` is given up by the abort", number)
             case Abort(request):
-                told.setdefault(f"`{request}` is ended", number)
+                told.setdefault(f"`{request}` is ended by the abort", number)
+            case Ask(request) if request in names and _supersedes(moment.actions):
+                told.setdefault(f"the wait of `{request}` is superseded by the ask", number)
             case _:
                 pass
-    return [f"{what} by the abort in step {number}" for what, number in list(told.items())[:ABORTS]]
+    return [f"{what} in step {number}" for what, number in list(told.items())[:ABORTS]]
+
+
+def _supersedes(actions: Answers) -> bool:
+    return any(isinstance(each, Rejected) and each.rule == "superseded" for each in actions)
 
 
 def requests_named(formula: Formula) -> tuple[list[str], list[str]]:

@@ -774,3 +774,12 @@ def test_of_a_request_that_is_waited_for_it_is_told_that_an_assumption_keeps_it_
         assert message.endswith(f"`m.stop` waits by `landed`, there stopping(m.fly){cause}")
     else:
         assert cause not in message
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_of_a_wait_that_leads_to_nothing_it_is_told_that_an_ask_supersedes_it(engines: Engines) -> None:
+    spec = "spec s; module m { request page(urgent: bool) { interrupts self; } request b(); }"
+    properties = """for s; assume fair reports; assume never (rejected(m.page with urgent) and not asked(m.page));
+    property told: always (asked(m.page with urgent) leads to active(m.page with urgent));"""
+    message = found(spec, properties, engines, "property")["property", "told"].message
+    assert message.endswith("; the wait of `m.page` is superseded by the ask in step 3")
