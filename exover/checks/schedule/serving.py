@@ -19,6 +19,8 @@ from exover.loop.claim import Progress
 
 LOOK = 1.0
 """Seconds between two looks of an idle worker whether its parent is still there."""
+NO_THREAD = "can't start new thread"
+"""The text of the RuntimeError that Python raises where there is no room for the stack of a thread."""
 
 T = TypeVar("T")
 Say = Callable[[int, T], None]
@@ -44,7 +46,15 @@ def serve(
     if behind:
         step_back()
     _say_nothing()
-    _restrict(memory)
+    try:
+        _restrict(memory)
+        _answer_turns(channel, parent, work, memory is not None)
+    except MemoryError:  # there is not even enough to say so
+        os._exit(1)
+
+
+def _answer_turns(channel: "Connection[object, Any]", parent: int, work: Work[object], limited: bool) -> None:
+    """Answer turns until the parent closes the channel or ends; `limited`: whether memory is."""
 
     def progress(text: str) -> None:
         channel.send(("progress", text))
@@ -52,7 +62,7 @@ def serve(
     def say(number: int, answer: object) -> None:
         channel.send(("answer", number, answer))
 
-    with _Report(channel, memory is not None):
+    with _Report(channel, limited):
         while True:
             while not channel.poll(LOOK):
                 if os.getppid() != parent:
@@ -95,11 +105,12 @@ def _restrict(memory: int | None) -> None:
 def is_memory(error: BaseException, limited: bool = False) -> bool:
     """Return whether an exception means that there is no memory; Z3 has an exception of its own with these words.
 
-    If memory is `limited`, failed imports, failures of the system and all exceptions of Z3 count as well, and any
-    exception if no MiB is left.
+    If memory is `limited`, failed imports, failures of the system, threads that do not start and all exceptions of Z3
+    count as well, and any exception if no MiB is left.
     """
     of_z3 = type(error).__name__ == "Z3Exception"
-    if limited and (of_z3 or isinstance(error, ImportError | OSError) or not _is_some_left()):
+    of_system = isinstance(error, ImportError | OSError) or str(error) == NO_THREAD
+    if limited and (of_z3 or of_system or not _is_some_left()):
         return True
     return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
 
