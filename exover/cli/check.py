@@ -167,7 +167,7 @@ def _status(
         return ExitStatus.INTERRUPTED
     exceeded = list(_exceeded(arguments, figures)) if figures else []
     for complaint in exceeded:
-        complain(f"exover: error: {complaint}")
+        complain(f"exover: error: {shown(arguments.spec)}: {complaint}")
     if exceeded or summary.verdict == "violated":
         return ExitStatus.VIOLATED
     return written or STATUS[summary.verdict]

@@ -86,7 +86,7 @@ def remarks(findings: Iterable[Finding], policy: Policy, spec: str, today: date)
         if waiver.expires < today:
             yield f"{waiver.title} expired on {waiver.expires.isoformat()}: it no longer counts"
         elif (waiver.check, waiver.subject) not in open_findings:
-            yield f"{waiver.title} matches nothing: no such finding is open"
+            yield f"{waiver.title} matches nothing: no such finding of {spec} is open"
 
 
 def _of(policy: Policy, spec: str) -> Iterator[Waiver]:

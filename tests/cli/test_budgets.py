@@ -50,7 +50,7 @@ def test_a_limit_that_is_exceeded_is_status_1(run, spec, option):
     broken = run("check", spec, option, figure[option] - 1)
     assert broken.returncode == 1 and broken.stdout == kept.stdout
     (line,) = broken.stderr.splitlines()
-    assert line.startswith("exover: error: ") and f" {figure[option]} " in line
+    assert line.startswith(f"exover: error: {spec}: ") and f" {figure[option]} " in line
     assert line.endswith(f"but {option} is {figure[option] - 1}")
 
 

@@ -206,7 +206,8 @@ def test_a_waiver_that_matches_nothing_is_told(run, spec, tmp_path):
     done = run("check", "demo.exo")
     assert done.returncode == 0
     assert done.stderr == (
-        "exover: warning: exover.toml:1: the waiver of deadlock nd.goto matches nothing: no such finding is open\n"
+        "exover: warning: exover.toml:1: the waiver of deadlock nd.goto matches nothing: "
+        "no such finding of demo is open\n"
     )
 
 

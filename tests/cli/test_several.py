@@ -197,6 +197,15 @@ def test_what_is_refused(run, folder: Path, options: tuple[str, ...], reason: st
     assert reason in done.stderr
 
 
+def test_what_is_exceeded_and_what_no_finding_needs_is_told_of_its_spec(run, folder: Path) -> None:
+    waiver = 'check = "reachability"\nsubject = "a.b"\nreason = "r"\nexpires = 9999-12-31\n'
+    (folder / "exover.toml").write_text(f"[[waiver]]\n{waiver}")
+    done = run("check", FILES[0], FILES[2], "--errors-only", "--max-rom", 1)
+    for name in (FILES[0], FILES[2]):
+        assert f"exover: error: {name}: the tables take " in done.stderr
+        assert f"matches nothing: no such finding of {Path(name).stem} is open\n" in done.stderr
+
+
 def test_a_report_of_several_specs_is_a_baseline_for_each(run, folder: Path) -> None:
     (folder / "b" / "deaf.exo").unlink()
     strict = ("check", "my specs", "--deny", "warnings")

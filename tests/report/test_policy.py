@@ -93,7 +93,7 @@ def test_the_user_is_told_of_waivers_that_do_nothing() -> None:
     ]
     assert list(remarks(findings, policy, "demo", TODAY)) == [
         "exover.toml:1: the waiver of deadlock nd.stop expired on 2026-11-20: it no longer counts",
-        "exover.toml:1: the waiver of redundancy nd.stop matches nothing: no such finding is open",
+        "exover.toml:1: the waiver of redundancy nd.stop matches nothing: no such finding of demo is open",
     ]
 
 
