@@ -9,6 +9,7 @@ worker is free for the other questions. Processes are forked where possible, so 
 
 import os
 import signal
+import sys
 from collections.abc import Callable
 from contextlib import redirect_stdout, suppress
 from dataclasses import field
@@ -16,8 +17,9 @@ from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from threading import Lock, get_ident
 from time import monotonic
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TextIO, TypeVar, cast
 
 from exover.checks.schedule.agenda import Agenda, Turn
 from exover.checks.schedule.serving import Work, is_memory, serve
@@ -38,6 +40,8 @@ GAVE_UP = "the engine gave up"
 """The reason if a worker ended its turn before the time was over, and left the question without an answer."""
 NO_MEMORY = "not enough memory"
 NO_TURN = Turn(())
+ALONE = Lock()
+"""Held by the thread that answers in this process: Z3 is for one thread at a time, and there is one standard output."""
 
 T = TypeVar("T")
 
@@ -64,10 +68,31 @@ def nothing() -> None:
 def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
     """Answer all questions of the agenda in this process, one turn after the other and without limits.
 
-    Output of libraries is discarded meanwhile, since standard output is for the report.
+    Output of libraries is discarded meanwhile, since standard output is for the report; what other threads print is
+    printed. Another thread that wants answers waits until these are there.
     """
-    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+    with ALONE, redirect_stdout(cast("TextIO", _OthersOutput(sys.stdout))):
         _in_turn(work, agenda, progress, take)
+
+
+class _OthersOutput:
+    """Standard output, if there is one, without what is written by the thread that makes this."""
+
+    def __init__(self, out: TextIO | None) -> None:
+        self._out = out
+        self._unheard = get_ident()
+
+    def write(self, text: str) -> int:
+        """Write a text of another thread, and return its length."""
+        return len(text) if self._out is None or get_ident() == self._unheard else self._out.write(text)
+
+    def flush(self) -> None:
+        """Flush standard output."""
+        if self._out is not None:
+            self._out.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._out, name)
 
 
 def _in_turn(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:

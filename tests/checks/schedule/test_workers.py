@@ -111,6 +111,38 @@ def test_what_a_library_prints_is_no_part_of_the_report(redirected: str, printed
     assert (done.stdout, done.stderr, done.returncode) == (printed, "0 1 2 ", 0)
 
 
+THREADS = """
+import threading, time
+from exover.checks.schedule.agenda import Agenda, Lot
+from exover.checks.schedule.workers import alone
+
+def work(turn, say, progress):
+    global running
+    running += 1
+    print("a library prints", flush=True)
+    begun.set()
+    time.sleep(0.1)
+    assert running == 1
+    running -= 1
+    say(0, 0)
+
+running, begun = 0, threading.Event()
+threads = [threading.Thread(target=alone, args=(work, Agenda([Lot((0,))]), print, print)) for _ in range(2)]
+for thread in threads:
+    thread.start()
+begun.wait()
+print("the host", end=" ", flush=True)
+for thread in threads:
+    thread.join()
+print("prints")
+"""
+
+
+def test_threads_that_ask_in_one_process_come_in_turn_and_leave_standard_output_to_the_host() -> None:
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr, done.returncode) == ("the host prints\n", "", 0)
+
+
 # ---- limits ----
 
 
