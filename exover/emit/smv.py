@@ -7,7 +7,7 @@ from exover.emit.describe import Description
 from exover.engines.aig.passes import enough_passes
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
-from exover.loop.claim import Claim
+from exover.loop.claim import Claim, believed
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
@@ -15,6 +15,7 @@ from exover.ocrd.compile import Compiled
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> tuple[Artefact, ...]:
     """Return `NAME.smv` and, if there are claims for which it matters which runs are fair, `NAME.fair.smv`.
 
+    Claims that are true of a loop with too many runs, and need not be, are named and not asked.
     Raises `TooLarge` if the loop distinguishes too many values to be written.
     """
     name = compiled.model.name
@@ -25,6 +26,8 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) ->
     for fair, file in ((False, f"{name}.smv"), (True, f"{name}.fair.smv")):
         mine = tuple(claim for claim in claims if claim.formula and is_of(claim, properties, fair))
         if mine or not fair:
-            text = Text(looped(compiled, properties, mine), mine, fair, nodes, enough)
+            loop = looped(compiled, properties, mine)
+            asked = tuple(each for each in mine if not loop.approximate or believed(each, "holds", shown=False))
+            text = Text(loop, asked, fair, nodes, enough, tuple(each for each in mine if each not in asked))
             found.append(Artefact(file, text.render().encode()))
     return tuple(found)

@@ -53,6 +53,22 @@ def test_a_range_is_written_without_its_values(tmp_path: Path) -> None:
     assert "p : {-9223372036854775808, 3, 4};" in (tmp_path / "wide.smv").read_text()
 
 
+def test_what_rests_on_a_run_through_compared_reals_is_not_asked(tmp_path: Path) -> None:
+    """Here some abstract run ends the wait, and no value of `top` does."""
+    spec = tmp_path / "reals.exo"
+    spec.write_text(
+        "spec reals; poster top: real in 0 .. 2 = 0;"
+        "module m { request r(x: real in 0 .. 2, y: real in 1 .. 1.5) {"
+        " fail when x >= top else wait; fail when x <= y; } }"
+    )
+    assert main(["emit", str(spec), "--target", "smv", "--out", str(tmp_path)]) == 0
+    text = (tmp_path / "reals.smv").read_text()
+    assert "-- not asked: deadlock.m.r\n" in text and "-- not asked: reachability.m.r\n" in text
+    assert "NAME deadlock.m.r" not in text and "NAME reachability.m.r" not in text
+    assert "INVARSPEC NAME safety.m.r.fail.1 :=" in text
+    assert "CTLSPEC NAME starvation.m.r :=" in (tmp_path / "reals.fair.smv").read_text()
+
+
 @pytest.mark.parametrize("name", ["rover", "assistant", "satellite", "diligent"])
 def test_the_examples_can_be_written(name: str, tmp_path: Path) -> None:
     out = str(tmp_path)

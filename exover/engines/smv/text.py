@@ -31,6 +31,11 @@ from exover.model.wording import condition_text, event_text, named_text, value_t
 from exover.ocrd.compile import Compiled
 from exover.ocrd.memory import IDLE
 
+APPROXIMATE = (
+    "-- Reals that change are compared with each other: there may be runs here that no values have. What is false",
+    "-- has to be shown by a run that some have; what would be true of a run that none has is not asked.",
+)
+
 
 def looped(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> ClosedLoop:
     """Return the closed loop that tells apart all that the claims and the assumptions speak of."""
@@ -43,7 +48,7 @@ class Text:
     """The text of a loop with claims about it; `nodes`: by node of the tables what it asks or does.
 
     `fair`: of fair runs alone, with those claims for which that matters; else with all others. `enough`: passes that
-    settle every step of every run, if that is known.
+    settle every step of every run, if that is known. `unasked`: claims that are named and not asked.
     """
 
     loop: ClosedLoop
@@ -51,6 +56,7 @@ class Text:
     fair: bool
     nodes: Sequence[str] = ()
     enough: int | None = None
+    unasked: Sequence[Claim] = ()
     names: SmvNames = field(init=False)
 
     def __post_init__(self) -> None:
@@ -130,6 +136,8 @@ class Text:
             f"-- {model.name}: the functional modules in a loop with the checker, which is the decoded tables;",
             f"-- {runs}. Each step is an event and all that the checker does about it.",
             "-- NuSMV answers soonest with: set cone_of_influence; check_property -P NAME",
+            *(APPROXIMATE if self.loop.approximate else ()),
+            *(f"-- not asked: {claim_name(claim)}" for claim in self.unasked),
         ]
 
     def _declared(self, var: int) -> Iterator[str]:
