@@ -13,7 +13,7 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.engines.bdd.steps import Stepper
 from exover.engines.smv.expression import FALSE, TRUE, DefinedName, SmvSymbol, among, choice, text
-from exover.engines.smv.names import SmvNames, claim_name, modules, word
+from exover.engines.smv.names import SIDES, SmvNames, claim_name, modules, word
 from exover.engines.smv.predicates import SymbolConditions
 from exover.engines.smv.specs import Specification, Writer, invariant, is_of
 from exover.engines.smv.symbolic_execution import DefineExecution, merged
@@ -303,7 +303,7 @@ class Text:
     def _main(self) -> list[str]:
         last = f"pass${self.passes}" if self.passes else "update"
         instances = [word(name) for name in self.modules]
-        lines = ["MODULE main", "VAR"]
+        lines = ["MODULE main", *self._constants(), "VAR"]
         lines.append(f"  environment : environment({', '.join([last, *instances])});")
         lines += [f"  {word(name)} : module${name}(environment, {last});" for name in self.modules]
         lines.append(f"  update : update({', '.join(['environment', *instances])});")
@@ -314,6 +314,13 @@ class Text:
         for each in self.specifications:
             lines += ["", f"{each.kind} NAME {each.name} :=", f"  {each.body};"]
         return lines
+
+    def _constants(self) -> list[str]:
+        """Return the declaration of values that only DEFINEs have: how reals of one step compare."""
+        declared = {literal for var in self.state for literal in self.names.literals[var]}
+        only = [side for side in SIDES if side not in declared]
+        compared = any(variable.key[0] == "chosen" for variable in self.loop.variables)
+        return [f"CONSTANTS {', '.join(only)};"] if compared and only else []
 
     def _justice(self) -> Iterator[str]:
         if self.restricted:

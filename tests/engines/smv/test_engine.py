@@ -15,7 +15,7 @@ from exover.engines.smv import engine, find
 from exover.engines.smv.engine import NuSmv
 from exover.engines.smv.program import ProgramAnswers, ask, environment, in_wheel
 from exover.engines.smv.text import Text, looped
-from exover.loop.claim import Claim
+from exover.loop.claim import APPROXIMATE, Claim
 from exover.model.expression import Compare, Const, Reading
 from exover.model.model import NOWHERE
 from exover.model.property import (
@@ -107,6 +107,14 @@ def test_what_has_one_value_is_no_variable(assumed: bool) -> None:
     opinions = NuSmv(made, properties, find(), SECONDS).judge_all(asked)
     for claim, opinion, holds in zip(asked, opinions, judged(made, properties, asked), strict=True):
         assert opinion.verdict == ("holds" if holds else "violated"), f"{claim}\n{opinion}"
+
+
+def test_how_reals_compare_in_a_step_is_declared_where_no_state_keeps_it() -> None:
+    """NuSMV reads no text with a value that nothing has."""
+    made = compiled(model_of("spec s; poster p: real = 0; module m { request r(x: real in 0 .. 1) { check x > p; } }"))
+    asked = [claim for claim in claims(made.model, NO_PROPERTIES) if claim.check == "lockout"]
+    opinions = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge_all(asked)
+    assert asked and {opinion.message for opinion in opinions} <= {"", APPROXIMATE}
 
 
 def test_an_answer_of_several_lines_is_read() -> None:
