@@ -1,6 +1,5 @@
 """The keys of the tables of a binding, with the types of their values (docs/binding.md)."""
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import field
@@ -10,6 +9,9 @@ from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, Severity, did_you_mean, quote
 from exover.source import Span
 from exover.toml import KeyPath, Places
+
+DEPTH = 100
+"""The most levels of tables and lists in what is sent: how many Python writes as JSON differs with its version."""
 
 Allowed = tuple[Callable[[Any], bool], str]
 """A predicate that says whether a value is allowed, and what it should be, as text for a message."""
@@ -39,13 +41,12 @@ def _table(of: Callable[[Any], bool] = lambda value: True) -> Callable[[Any], bo
     return lambda value: isinstance(value, dict) and all(map(of, value.values()))
 
 
-def _of_json(value: Any) -> bool:
+def _of_json(value: Any, levels: int = DEPTH) -> bool:
     """Return whether a value can be written as JSON: no date, no NaN, no infinity, nothing nested too deep."""
-    try:
-        json.dumps(value, allow_nan=False)
-    except (TypeError, ValueError, RecursionError):
-        return False
-    return True
+    if not isinstance(value, dict | list):
+        return _scalar(value)
+    parts = value.values() if isinstance(value, dict) else value
+    return levels > 0 and all(_of_json(part, levels - 1) for part in parts)
 
 
 def one_of(*words: str) -> Allowed:
