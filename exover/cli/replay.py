@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 from collections.abc import Collection, Iterator, Sequence
+from itertools import islice
 
 from exover.cli.files import read_bytes, read_spec, shown, write_one
 from exover.cli.simulate import lines_in, open_events
@@ -25,7 +26,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Print every run of the box, oldest first, with the replay; write the events of the last run if asked for."""
     held = _box(arguments.box)
     model = _model(arguments.spec, held)
-    runs = list(_replayed(model, held, _lines(arguments.after)))
+    before = _lines(arguments.after)
+    runs = list(_replayed(model, held, before))
     for number, steps in enumerate(runs, 1):
         out("".join(f"{line}\n" for line in _run(model, number, steps)))
     if held.damaged:
@@ -33,9 +35,18 @@ def run(arguments: argparse.Namespace) -> int:
         box = shown(arguments.box)
         complain(f"exover: note: {held.damaged} lines of {box} are half written or have changed{unjudged}")
     if arguments.events:
-        events = "".join(f"{json.dumps(step.event)}\n" for step in runs[-1])
-        write_one(arguments.events, events.encode(), "--events")
+        _write_events(arguments.events, runs[-1], before)
     return _status(runs, held.lost)
+
+
+def _write_events(path: str, steps: Sequence[Replayed], before: Sequence[bytes]) -> None:
+    """Write the events of a run; of what is lost of its beginning those `before`, if they are there, else say so."""
+    lost = earlier(steps[0].number)
+    given = islice(filter(bytes.strip, before), lost) if steps[0].expected is not None else ()
+    if lost and steps[0].expected is None:
+        complain(f"exover: note: {path} begins behind step {lost} of its run: give the events before with --after")
+    held = (json.dumps(step.event).encode() for step in steps)
+    write_one(path, b"".join(line.strip() + b"\n" for line in (*given, *held)), "--events")
 
 
 def _replayed(model: Model, held: Box, before: Sequence[bytes]) -> Iterator[tuple[Replayed, ...]]:

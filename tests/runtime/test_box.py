@@ -638,11 +638,16 @@ def test_replay_of_a_box_whose_beginning_is_lost(boxing: Boxing, small: Build) -
     boxed.run(boxed.lines(EVENTS))
     folder = boxed.folder
     (folder / "boxed.exo").write_text(SPEC)
-    done = command(folder, "box.bin", "boxed.exo")
+    done = command(folder, "box.bin", "boxed.exo", "--events", "held.jsonl")
     assert done.returncode == 3 and "give their events with --after" in done.stdout
-    (folder / "log.jsonl").write_text("".join(f"{json.dumps(event)}\n" for event in EVENTS))
-    done = command(folder, "box.bin", "boxed.exo", "--after", "log.jsonl")
-    assert done.returncode == 0 and "all as the reference answers" in done.stdout
+    held = (folder / "held.jsonl").read_text().splitlines()
+    lost = len(EVENTS) - len(held)
+    assert lost and f"held.jsonl begins behind step {lost} of its run" in done.stderr
+    log = [json.dumps(event) for event in EVENTS]
+    (folder / "log.jsonl").write_text("\n\n".join([*log, ""]))
+    done = command(folder, "box.bin", "boxed.exo", "--after", "log.jsonl", "--events", "whole.jsonl")
+    assert (done.returncode, done.stderr) == (0, "") and "all as the reference answers" in done.stdout
+    assert (folder / "whole.jsonl").read_text().splitlines() == [*log[:lost], *held]
 
 
 @pytest.mark.parametrize(
