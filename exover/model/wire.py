@@ -30,7 +30,22 @@ MAX_DIGITS = 400
 WHOLE = 10**16
 """Below it a whole double is printed as an integer; from it on Python prints an exponent and no fraction."""
 
+MAX_DEPTH = 200
+"""The most levels of objects and lists; how many can be read and written again depends on the version of Python."""
+
 Json = dict[str, Any]
+
+
+def is_too_deep(found: object) -> bool:
+    """Return whether lists and objects of JSON are nested more than `MAX_DEPTH` levels deep."""
+    level = [found]
+    for _ in range(MAX_DEPTH):
+        level = [inner for outer in level for inner in _inside(outer) if isinstance(inner, dict | list)]
+    return bool(level)
+
+
+def _inside(outer: object) -> Iterable[object]:
+    return outer.values() if isinstance(outer, dict) else outer if isinstance(outer, list) else ()
 
 
 def number(value: float) -> int | float:

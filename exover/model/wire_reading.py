@@ -14,7 +14,7 @@ from exover.diagnostics import did_you_mean, quote
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
-from exover.model.wire import MAX_DIGITS, Json, as_double, number
+from exover.model.wire import MAX_DEPTH, MAX_DIGITS, Json, as_double, is_too_deep, number
 
 MAX_LINE = 1 << 20
 """Bytes of the longest line that is read, its end left out; a longer one is a `bad-event`."""
@@ -22,6 +22,9 @@ TOO_LONG = MAX_LINE + len(b"\r\n")
 """A line is longer than MAX_LINE if this many bytes hold no line feed."""
 LONG_LINE = Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
 """What a line is that is longer than MAX_LINE."""
+
+DEEP_LINE = Invalid("bad-event", "the line is nested too deep")
+"""What a line is that is nested more than MAX_DEPTH levels deep."""
 
 
 class NoBool(int):
@@ -59,7 +62,9 @@ def read_object(line: str | bytes) -> Json | Invalid:
         reason = error.msg[:1].lower() + error.msg[1:]
         return Invalid("bad-event", f"the line is not JSON: {reason}, column {error.colno}")
     except RecursionError:
-        return Invalid("bad-event", "the line is nested too deep")
+        return DEEP_LINE
+    if text.count("[") + text.count("{") > MAX_DEPTH and is_too_deep(found):
+        return DEEP_LINE
     if not isinstance(found, dict):
         return Invalid("bad-event", f"the line is {shown(found)}, not an object")
     return found

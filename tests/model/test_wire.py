@@ -25,7 +25,7 @@ from exover.model.event import (
 from exover.model.expression import TRUE
 from exover.model.model import Latch, Model, Parameter, Request, Resource, Variable
 from exover.model.types import Bool, Enum, Int, Real, Type
-from exover.model.wire import action_json, answer_line, event_json
+from exover.model.wire import MAX_DEPTH, action_json, answer_line, event_json
 from exover.model.wire_reading import MAX_LINE, read_event
 
 ZONE = Enum(("base", "dock", "field"))
@@ -134,6 +134,7 @@ FAULTS: list[tuple[str | bytes, str]] = [
     ('{"ask": "nd.stop", "x": "\x01"}', "bad-event"),
     ('{"ask": "nd.stop"}' + " " * (MAX_LINE - 17), "bad-event"),
     ('{"ask": "nd.stop", "x": "' + "é" * (MAX_LINE // 2) + '"}', "bad-event"),
+    ('{"ask": "nd.stop", "x": ' + "[" * MAX_DEPTH + "]" * MAX_DEPTH + "}", "bad-event"),
     ('{"a":' * 100_000, "bad-event"),
     ("[" * 1_000_000, "bad-event"),
     # the request or poster comes first

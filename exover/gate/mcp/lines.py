@@ -2,15 +2,13 @@
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
-from exover.model.wire import MAX_DIGITS, Json
+from exover.model.wire import MAX_DEPTH, MAX_DIGITS, Json, is_too_deep
 
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, SERVER_GONE = -32700, -32600, -32601, -32602, -32000
-MAX_DEPTH = 200
-"""The most levels of objects and lists; well below the depth at which JSON can be read but not be written again."""
 DEEP = "the message is nested too deep"
 
 
@@ -82,25 +80,13 @@ def read(line: bytes, longest: int) -> Message:
         raise BadLine(PARSE_ERROR, DEEP) from error
     except json.JSONDecodeError as error:
         raise BadLine(PARSE_ERROR, f"the message is not JSON: {error.msg}, column {error.colno}") from error
-    if line.count(b"[") + line.count(b"{") > MAX_DEPTH and _deep(body):
+    if line.count(b"[") + line.count(b"{") > MAX_DEPTH and is_too_deep(body):
         raise BadLine(PARSE_ERROR, DEEP)
     if isinstance(body, list):
         raise BadLine(INVALID_REQUEST, "the message is a batch; send one message a line")
     if not isinstance(body, dict):
         raise BadLine(INVALID_REQUEST, "the message is no object")
     return _message(body)
-
-
-def _deep(body: Any) -> bool:
-    """Return whether lists and objects are nested more than `MAX_DEPTH` levels deep."""
-    level = [body]
-    for _ in range(MAX_DEPTH):
-        level = [inner for outer in level for inner in _parts(outer) if isinstance(inner, dict | list)]
-    return bool(level)
-
-
-def _parts(outer: Any) -> Iterable[Any]:
-    return outer.values() if isinstance(outer, dict) else outer if isinstance(outer, list) else ()
 
 
 def _message(body: Json) -> Message:
