@@ -16,9 +16,9 @@ def emit(
 
     Raises `Inconclusive` of `exover.engines.smt.solver` after `deadline`, a time of `monotonic`.
     """
-    from exover.engines.smt.solver import Clock, forget
+    from exover.engines.smt.solver import StepClock, forget
     from exover.engines.smt.text import text
 
     forget()
-    found = text(compiled, properties, claims, Clock(deadline))
+    found = text(compiled, properties, claims, StepClock(deadline))
     return (Artefact(f"{compiled.model.name}.smt2", found.encode()),)

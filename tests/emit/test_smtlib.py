@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from functools import cache
+from itertools import count
 from pathlib import Path
 from time import monotonic
 
@@ -11,6 +12,7 @@ import pytest
 from exover.checks.questions import claims
 from exover.cli.main import main
 from exover.emit import smtlib
+from exover.engines.smt import smtlib_queries, solver
 from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.solver import Inconclusive
 from exover.engines.smt.unrolling import Taken
@@ -163,6 +165,27 @@ def test_a_process_writes_the_same_again(tmp_path: Path, run: Run) -> None:
         assert run("emit", "flawed.exo", "--target", "smt2", "--out", out).returncode == 0
     first, second = ((tmp_path / out / "flawed.smt2").read_text() for out in ("1", "2"))
     assert first == second and "way 0|" in first
+
+
+def test_a_busy_machine_writes_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = compiled(model_of(FLAWED))
+    said = tuple(claim for claim in claims(made.model, NO_PROPERTIES) if claim.check in ("deadlock", "lockout"))
+    texts = [smtlib.emit(made, NO_PROPERTIES, said)[0].content.decode()]
+    for module in (solver, smtlib_queries):
+        monkeypatch.setattr(module, "monotonic", count(step=1000).__next__, raising=False)
+    texts.append(smtlib.emit(made, NO_PROPERTIES, said)[0].content.decode())
+    assert texts[0] == texts[1] and "way 0|" in texts[0]
+
+
+def test_a_search_ends_after_so_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = compiled(model_of(FLAWED))
+    said = tuple(claim for claim in claims(made.model, NO_PROPERTIES) if claim.check == "lockout")
+    (artefact,) = smtlib.emit(made, NO_PROPERTIES, said)
+    assert "way 0|" in artefact.content.decode()
+    monkeypatch.setattr(smtlib_queries, "MOST", 10_000)
+    (artefact,) = smtlib.emit(made, NO_PROPERTIES, said)
+    assert "; Not asked: no ways were found" in artefact.content.decode()
+    assert "way 0|" not in artefact.content.decode()
 
 
 def test_where_a_search_is_cut_off_changes_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,18 +1,18 @@
 """The questions of a claim as SMT-LIB 2, each between `push` and `pop`, with what each answer says of the claim."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from time import monotonic
+from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.justice_ranking import JusticeRanking
 from exover.engines.smt.questions import Asked, ClaimQuestions, Course, Goal, StuckQuestion, meaning
-from exover.engines.smt.solver import Clock, Inconclusive, Prover, forget
+from exover.engines.smt.solver import STEPS, Inconclusive, Prover, StepClock, forget
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
-from exover.loop.exact.term import Term, numeral
+from exover.loop.exact.term import Term, below, numeral
 from exover.loop.formula_classes import Lingering, conjuncts
 from exover.model.property import Formula, momentary, parts_of
 
@@ -20,8 +20,10 @@ DEPTH = 4
 """The length of the runs of reachability questions, in steps."""
 LASSO = 6
 """The length of the lassos, in steps."""
-SECONDS, TOGETHER = 20.0, 120.0
-"""The limits of the search for covering ways, in seconds: for one question, and for all together."""
+MOST, TOGETHER = 20 * STEPS, 120 * STEPS
+"""The limits of the search for covering ways, in steps of the solver: for one question, and for all together."""
+BESIDE = 20
+"""What building the terms for one call of the solver takes, in steps for each term of the relation of steps."""
 Define = Callable[[str, Formula], Iterator[str]]
 """Writes the definition of a predicate on states."""
 
@@ -41,20 +43,24 @@ def inputs_of(system: System) -> tuple[Term, ...]:
     return tuple(dict.fromkeys(each.var for move in system.moves for each in move.inputs))
 
 
-def share(found: Iterable[ClaimQuestions | str]) -> float:
-    """Return the seconds for the search of ways for each question about them, given the questions of all claims."""
+def searches(found: Iterable[ClaimQuestions | str]) -> int:
+    """Return for how many of the questions of all claims ways are looked for."""
     parts = [part for each in found if not isinstance(each, str) for part in each.parts]
-    return min(SECONDS, TOGETHER / max(1, sum(isinstance(part, StuckQuestion) for part in parts)))
+    return sum(isinstance(part, StuckQuestion) and not part.wanted for part in parts)
 
 
 @dataclass
 class Asker:
-    """Writes the questions about one system; `define` writes predicates. `seconds`: to look for the ways of each."""
+    """Writes the questions about one system; `define` writes predicates.
+
+    `searches`: for how many questions ways are still to be looked for; `steps`: of the solver, for all of them.
+    """
 
     system: System
     prover: Prover
     define: Define
-    seconds: float
+    searches: int
+    steps: int = TOGETHER
 
     def questions(self, claim: Claim, found: ClaimQuestions | str) -> Iterator[str]:
         """Yield what is asked of a claim."""
@@ -127,11 +133,20 @@ class Asker:
             return None
         forget()
         self.prover.begin_anew()
+        deadline, share = self.prover.clock.deadline, min(MOST, self.steps // self.searches)
+        clock = StepClock(deadline, share, self._beside)
         try:
-            clock = Clock(min(monotonic() + self.seconds, self.prover.clock.deadline))
             return AlwaysPossible(self.system, ways.stuck, clock, endless=False).ways()
         except Inconclusive:
+            clock.left()
             return None
+        finally:
+            self.steps, self.searches = self.steps - (share - max(0, clock.steps)), self.searches - 1
+
+    @cached_property
+    def _beside(self) -> int:
+        """What building the terms for one call of the solver takes, in steps."""
+        return BESIDE * sum(1 for _ in below([self.system.relation.step]))
 
     def _way(self, name: str, way: Sequence[Taken], ways: StuckQuestion) -> str:
         """Return where these events lead to the goal, by allowed ones."""

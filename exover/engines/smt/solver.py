@@ -9,6 +9,9 @@ from typing import Any
 from exover.dataclass import dataclass
 from exover.loop.exact.term import Number, Term, folded
 
+STEPS = 2_500_000
+"""The steps that Z3 takes in about a second, as it counts them (`rlimit`)."""
+
 
 class Inconclusive(Exception):
     """There is no answer: the solver gave up, or a limit was reached; the message says which."""
@@ -44,7 +47,33 @@ class Clock:
         left = min(self.deadline - monotonic(), most)
         if left <= 0:
             raise Inconclusive("time limit")
-        return min(int(left * 1000) + 1, 2**31)
+        return int(min(left * 1000 + 1, 2**31))
+
+    def limit(self, solver: Any, most: float = float("inf")) -> None:
+        """Bound the next call of a solver: to the time that is left, and to so many seconds."""
+        solver.set("timeout", self.left(most))
+
+
+@dataclass
+class StepClock(Clock):
+    """A clock that bounds calls of the solver by its own steps, so that answers are the same on every machine.
+
+    Seconds count as so many steps. `steps` are for all calls; each takes `least` of them, for what Python does for it.
+    """
+
+    steps: int = 10**18
+    least: int = 0
+    _counted: int | None = None
+
+    def limit(self, solver: Any, most: float = float("inf")) -> None:
+        """Bound the next call to the steps that are left; raises `Inconclusive` if there are none."""
+        counted = solver.statistics().get_key_value("rlimit count")
+        self.steps -= self.least + (0 if self._counted is None else counted - self._counted)
+        self._counted = counted
+        if self.steps <= 0:
+            raise Inconclusive("bound reached: the steps of the solver are over")
+        solver.set("rlimit", int(min(self.steps, most * STEPS, 2**32 - 1)))
+        super().limit(solver)
 
 
 @dataclass
@@ -129,7 +158,7 @@ class Prover:
         if self._solver is None or known is not self._known:
             self._solver, self._known = new_solver(), known
             self._solver.add([self._translation(term) for term in known])
-        self._solver.set("timeout", self.clock.left(self.most))
+        self.clock.limit(self._solver, self.most)
         self._solver.push()
         self._solver.add([self._translation(term) for term in questions])
         try:

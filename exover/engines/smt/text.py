@@ -11,7 +11,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.questions import questions
-from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, quoted, share
+from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, quoted, searches
 from exover.engines.smt.solver import Clock
 from exover.engines.smt.system import System
 from exover.loop.claim import Claim
@@ -98,7 +98,7 @@ class _Writer:
         if self.system.properties.assumptions:
             yield from self._assumptions()
         asked = [questions(claim) for claim in claims]
-        asker = Asker(self.system, self.system.steps.prover, self.predicate, share(asked))
+        asker = Asker(self.system, self.system.steps.prover, self.predicate, searches(asked))
         for claim, found in zip(claims, asked, strict=True):
             yield from asker.questions(claim, found)
 

@@ -74,7 +74,7 @@ class Unrolled:
         self.solver.push()
         try:
             self.solver.add(list(conditions))
-            self.solver.set("timeout", self.clock.left(most))
+            self.clock.limit(self.solver, most)
             answer = self.solver.check()
             if answer == z3.unknown:
                 raise Inconclusive("the solver gave up")
