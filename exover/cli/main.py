@@ -92,7 +92,9 @@ def _explain(error: BaseException) -> None:
 
 
 def _end_by_signals() -> None:
-    """Let SIGTERM and, unless it is ignored, a closed terminal end the command in order; Ctrl-C does so anyway."""
+    """Let Ctrl-C, SIGTERM and, unless it is ignored, a closed terminal end the command in order."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     for number in (heeded() | {signal.SIGTERM}) - {signal.SIGINT}:
         signal.signal(number, _terminated)
 

@@ -151,3 +151,30 @@ def test_the_embedded_solver_leaves_ctrl_c_to_python(granted: int | None) -> Non
         solver.satisfiable([], granted)
         time.sleep(MUCH)
     assert signal.getsignal(signal.SIGINT) == before
+
+
+WHILE_IMPORTING = """
+import os, runpy, signal, sys
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == module:
+            os.kill(os.getpid(), signal.SIGINT)
+module, sys.argv[1] = sys.argv[1], "--version"
+sys.meta_path.insert(0, Interrupting())
+runpy.run_module("exover", run_name="__main__", alter_sys=True)
+"""
+
+
+@needs_signals
+@pytest.mark.parametrize("module", ["exover.cli.main", "exover.cli.arguments", "exover.raised"])
+def test_ctrl_c_before_anything_is_imported_ends_the_command_in_silence(module: str) -> None:
+    done = subprocess.run([sys.executable, "-c", WHILE_IMPORTING, module], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@needs_signals
+def test_ctrl_c_that_is_ignored_stays_so() -> None:
+    ignoring = f"import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n{WHILE_IMPORTING}"
+    line = [sys.executable, "-c", ignoring, "exover.cli.main"]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
