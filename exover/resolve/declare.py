@@ -209,14 +209,18 @@ def _params(
 
 
 def _check_observables(spec: tree.Spec, mistakes: Mistakes) -> None:
-    """Note a consumable resource and a top-level poster of one name: `observe` would be ambiguous."""
-    taken: dict[str, tree.Poster | tree.Resource] = {}
+    """Note a consumable resource and a top-level poster or latch of one name: events and states name either of them."""
+    taken: dict[str, tree.Poster | tree.Latch | tree.Resource] = {}
     for item in spec.items:
-        if isinstance(item, tree.Poster) or (isinstance(item, tree.Resource) and item.consumable):
+        if isinstance(item, tree.Poster | tree.Latch) or (isinstance(item, tree.Resource) and item.consumable):
             first = taken.setdefault(item.name.text, item)
-            if type(first) is not type(item):
-                message = f"{quote(item.name.text)} is a poster and a consumable resource"
-                mistakes.add("E210", message, item.name.span, hint="an observation names either of them")
+            if isinstance(first, tree.Resource) != isinstance(item, tree.Resource):
+                other = first if isinstance(item, tree.Resource) else item
+                kind = "poster" if isinstance(other, tree.Poster) else "latch"
+                message = f"{quote(item.name.text)} is a {kind} and a consumable resource"
+                label = f"first declared {mistakes.on_line(first.name.span, item.name.span)}"
+                hint = "an observation names either of them" if kind == "poster" else "a run shows the values of both"
+                mistakes.add("E210", message, item.name.span, label=label, hint=hint)
 
 
 def _groups(spec: tree.Spec, reader: _Reader) -> None:

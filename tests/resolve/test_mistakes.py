@@ -56,6 +56,8 @@ ITEMS = [
     ("E210", "resource «power: 3;"),
     ("E210", "poster «film: int in 0 .. 3 = 3;"),
     ("E210", "poster gas: int in 0 .. 3 = 3; resource «gas: 4 consumable;"),
+    ("E210", "latch gas: when hot until m.a; resource «gas: 4 consumable;"),
+    ("E210", "resource gas: 4 consumable; latch «gas: when hot until m.a;"),
     ("E211", "mutex still: m.a, m.b; forbid «still: active(m.a) and hot;"),
     ("E211", "launch «power: m.a() when hot;"),
     ("E211", "forbid «film: active(m.a) and hot;"),
