@@ -6,7 +6,8 @@ from itertools import islice
 
 from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
-from exover.editor.symbols import Index, SpecSymbol, SymbolSort
+from exover.editor.symbols import Declared, Index, SpecSymbol, SymbolSort
+from exover.syntax import tree
 from exover.syntax.conditions import STEPS
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
@@ -44,8 +45,9 @@ def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnaly
     read = [each for each in islice(tokens(before, [], start == "properties"), MAX_TOKENS) if each.kind != END]
     if len(read) == MAX_TOKENS:
         return []
-    symbols = _symbols(analysis.index, spec.index if spec else None)
-    place = _place(read, start)
+    declared = (spec.index.declared if spec else {}) | analysis.index.declared
+    symbols, place = _symbols(analysis.index, spec.index if spec else None), _place(read, start)
+    symbols = _opposite(symbols, declared, _compared(read), place)
     if read and read[-1].text == ".":
         module = read[-2].text if len(read) > 1 else ""
         return _members(symbols, module, place)
@@ -113,6 +115,40 @@ def _inside(before: str) -> bool:
     """Return whether a text ends inside a comment or a string."""
     last = deque(_UNREAD.finditer(before), 1)
     return any(each.end() == len(before) and not (each["closed"] or each["ended"]) for each in last)
+
+
+def _compared(read: list[Token]) -> str:
+    """Return the term that a text ends by comparing with something, or sets, as `m.s`; empty if it does neither."""
+    place = len(read) - 1
+    while place > 0 and read[place].text == "," and read[place - 1].kind == NAME:
+        place -= 2
+    place -= place > 0 and [each.text for each in read[place - 1 : place + 1]] == ["in", "{"]
+    if place < 1 or read[place].text not in ("==", "!=", "=", "in"):
+        return ""
+    start = place - 3 if place > 2 and read[place - 2].text == "." else place - 1
+    return "".join(each.text for each in read[start:place])
+
+
+def _opposite(
+    symbols: list[SpecSymbol], declared: dict[SpecSymbol, Declared], term: str, place: _Place
+) -> list[SpecSymbol]:
+    """Return the symbols without enum values that are of another type than a term."""
+    scopes = [place.subject] if place.subject else [place.request, place.request.partition(".")[0], ""]
+    if term.startswith("self."):
+        scopes, term = [place.request], term.removeprefix("self.")
+    full = [f"{scope}.{term}".removeprefix(".") for scope in scopes]
+    sorts: tuple[SymbolSort, ...] = ("parameter", "result", *_READ)
+    found = [declared[key] for name in full for sort in sorts if (key := SpecSymbol(sort, name)) in declared]
+    if not found:
+        return symbols
+    kind = found[0].node.type
+    if isinstance(kind, tree.NamedType):
+        enum = declared.get(SpecSymbol("enum", kind.name.text))
+        kind = enum.node if enum else None
+    if not isinstance(kind, tree.Enum | tree.SetType):
+        return symbols
+    values = {value.text for value in kind.values}
+    return [each for each in symbols if each.sort != "value" or each.name in values]
 
 
 def _symbols(own: Index, known: Index | None) -> list[SpecSymbol]:

@@ -25,14 +25,14 @@ TERMS = {"active", "running", "stopping", "waiting", "past", "last", "used", "le
 STEPS = {"asked", "launched", "rejected", "killed", "ended"}
 
 
-def offered(text: str, properties: bool = False) -> set[str]:
+def offered(text: str, properties: bool = False, before: str = SPEC) -> set[str]:
     """Return what is proposed at the end of a text behind the spec."""
-    spec = analyse_spec(Source("e.exo", SPEC))
+    spec = analyse_spec(Source("e.exo", before))
     if properties:
         source = Source("e.prop", f"for e;\n{text}")
         found = proposals(analyse_properties(source, spec), len(source.text), "properties", spec)
     else:
-        source = Source("e.exo", SPEC + text)
+        source = Source("e.exo", before + text)
         found = proposals(analyse_spec(source, spec), len(source.text), "file")
     return {each.text for each in found}
 
@@ -64,6 +64,34 @@ def offered(text: str, properties: bool = False) -> set[str]:
 )
 def test_names_are_those_that_may_stand(text: str, names: set[str]) -> None:
     assert offered(text) == names
+
+
+TYPED = """enum colour { red, green }
+poster side: { left, right } = left;
+context nd.goto { wait until side == left; }
+module cam { state lit: colour = red; request look(c: colour, n: int in 0 .. 9) { on ok set lit = green; } }
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("forbid f: active(cam.look with c == ", {"red", "green"}),
+        ("forbid f: active(cam.look with n == 3 and c != ", {"red", "green"}),
+        ("forbid f: active(cam.look with c in { red, ", {"red", "green"}),
+        ("forbid f: active(nd.goto with z == ", {"base", "dock"}),
+        ("forbid f: side == ", {"left", "right"}),
+        ("forbid f: cam.lit == ", {"red", "green"}),
+        ("forbid f: battery == ", {"left", "right", "red", "green", "base", "dock"}),
+        ("forbid f: active(cam.look with ", {"left", "right", "red", "green", "base", "dock"}),
+        ("context nd.goto { check x: z == ", {"base", "dock"}),
+        ("context nd.goto { check x: active(cam.look with c == self.", set()),
+        ("context nd.goto { check x: self.z == ", {"base", "dock"}),
+        ("context cam.look { on ok set lit = ", {"red", "green"}),
+    ],
+)
+def test_enum_values_are_those_of_the_type_opposite(text: str, values: set[str]) -> None:
+    assert offered(text, before=SPEC + TYPED) & {"left", "right", "red", "green", "base", "dock"} == values
 
 
 def test_steps_stand_in_properties_and_temporal_words_in_formulas() -> None:
