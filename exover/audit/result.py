@@ -66,6 +66,11 @@ class Audit:
         return figures
 
     @property
+    def audited(self) -> bool:
+        """Whether any mission was audited."""
+        return not all(mission.error for mission in self.missions)
+
+    @property
     def diverging(self) -> Sequence[MissionResult]:
         """The missions that diverge."""
         return [mission for mission in self.missions if mission.divergences]

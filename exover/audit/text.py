@@ -26,15 +26,16 @@ def render(audit: Audit) -> str:
     """Return an audit as lines with a final newline."""
     lines = [line for mission in audit.missions for line in _mission(audit.model, mission)]
     total = audit.total
-    return "".join(
-        f"{visible(line)}\n" for line in (*lines, *_asks(total), *_rules(audit.model, total), last_line(audit))
-    )
+    rules = _rules(audit.model, total) if audit.audited else ()
+    return "".join(f"{visible(line)}\n" for line in (*lines, *_asks(total), *rules, last_line(audit)))
 
 
 def last_line(audit: Audit) -> str:
     """Return the summary of all missions."""
     total = audit.total
-    if not total.diverged:
+    if not audit.audited:
+        verdict = "nothing is known"
+    elif not total.diverged:
         verdict = "nothing diverges"
     else:
         kinds = [f"{total.diverged[kind]} {kind}" for kind in DIVERGENCES if total.diverged[kind]]

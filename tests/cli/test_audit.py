@@ -42,6 +42,14 @@ def run(tmp_path: Path) -> Run:
     return Run(tmp_path)
 
 
+def test_a_mission_that_cannot_be_read_says_nothing_of_rules(run: Run) -> None:
+    done = run("audit", "crane.exo", "nowhere.jsonl")
+    assert done.returncode == 2
+    why = "it cannot be read: No such file or directory"
+    last = "crane: 1 mission, 0 events; nothing is known; 1 not audited"
+    assert done.stdout == f"nowhere.jsonl: not audited: {why}\n{last}\n"
+
+
 def test_text(run: Run) -> None:
     done = run("audit", "crane.exo", "m.jsonl", "well.jsonl")
     assert (done.returncode, done.stderr) == (1, "")
