@@ -38,6 +38,12 @@ from exover.syntax import tree
 
 GuardClause = tree.Check | tree.WaitUntil | tree.SettleUntil
 AmountClause = tree.Uses | tree.Consumes | tree.Produces
+_INSTEAD = {
+    "state": "a state gets a value: `on ok set {} = VALUE;`",
+    "poster": "posters are observed: nothing forgets them",
+    "latch": "a latch is reset by the requests behind its `until`",
+}
+"""What there is instead of `forget`, by the kind of what it names."""
 
 
 def add_clauses(draft: Draft, owner: Signature, clauses: tuple[tree.Clause, ...]) -> None:
@@ -61,8 +67,8 @@ def add_clauses(draft: Draft, owner: Signature, clauses: tuple[tree.Clause, ...]
             case tree.OnSet():
                 _set(draft, owner, clause)
             case tree.OnForget(occasion):
-                forgotten = requests(draft.names, clause.requests, draft.mistakes)
-                draft.parts[owner.name].affect(occasion, Forget(forgotten))
+                named = tuple(each for each in clause.requests if not _is_value(draft, owner, each))
+                draft.parts[owner.name].affect(occasion, Forget(requests(draft.names, named, draft.mistakes)))
             case _:
                 assert_never(clause)
 
@@ -251,6 +257,23 @@ def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
     given = value(clause.value, state.type, known, draft.mistakes)
     if given is not None:
         draft.parts[owner.name].affect(clause.occasion, SetState(state.name, given))
+
+
+def _is_value(draft: Draft, owner: Signature, node: tree.Listed) -> bool:
+    """Return whether `forget` names a poster, a state or a latch, and note that mistake: a request has a past."""
+    names = draft.names
+    match node:
+        case tree.Ref(module, name) if module.text in names.modules:
+            known = names.modules[module.text]
+            found = None if name.text in known.requests else known.quantities.get(name.text)
+        case tree.GroupName(name) if name.text not in names.groups:
+            found = names.modules[owner.module].quantities.get(name.text) or names.quantities.get(name.text)
+        case _:
+            found = None
+    if found:
+        message = f"`forget` empties the past of a request, {quote(found.name)} is a {found.kind}"
+        draft.mistakes.add("E219", message, node.span, hint=_INSTEAD[found.kind].format(found.name))
+    return found is not None
 
 
 def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> QuantityName | None:

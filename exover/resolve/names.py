@@ -102,6 +102,7 @@ def find_request(names: SymbolTable, ref: tree.Ref, mistakes: Mistakes) -> Signa
         if ref.request.text in module.quantities:
             kind = module.quantities[ref.request.text].kind
             known = known_here([request.name for request in module.requests.values()])
+            known = known or f"name a request of module {quote(ref.module.text)}, as `{ref.module.text}.REQUEST`"
             mistakes.add("E219", f"{quote(name)} is a {kind}, a request is needed here", ref.span, hint=known)
         else:
             mistakes.unknown(

@@ -263,6 +263,8 @@ CLAUSES = [
     ("E308", "on ok set tool = «3;"),
     ("E209", "on ok set tool = «griper;"),
     ("E203", "on launch forget «m.q;"),
+    ("E219", "on launch forget «m.tool;"),
+    ("E219", "on launch forget m.a, «tripped;"),
     ("E204", "interrupts «bth;"),
     ("E421", "check «true;"),
     ("E421", "wait until «x - x == 0;"),
@@ -394,6 +396,13 @@ HINTS = [
     ),
     ("const away = field; const lost = nowhere;", "known here: `three`, `half`, `home`, `away`"),
     ("module z { state s: bool = true; request r(); } context z.r { after z.s; }", "known here: `z.r`"),
+    (
+        f"module z {{ state s: bool = true; {' '.join(f'request r{n}();' for n in range(7))} }} mutex z.s, m.a;",
+        "name a request of module `z`, as `z.REQUEST`",
+    ),
+    ("context m.a { on ok forget m.tool; }", "a state gets a value: `on ok set m.tool = VALUE;`"),
+    ("context m.a { on ok forget tool; }", "a state gets a value: `on ok set m.tool = VALUE;`"),
+    ("context m.a { on ok forget tripped; }", "a latch is reset by the requests behind its `until`"),
 ]
 
 
@@ -411,6 +420,7 @@ def test_what_a_wrong_argument_is_for_is_told() -> None:
 
 
 MESSAGES = [
+    ("context m.a { on ok forget tool; }", "`forget` empties the past of a request, `m.tool` is a state"),
     ("launch m.a(1) when hot;", "`m.a` takes 0 arguments, not 1"),
     ("module z { request r(x: bool); } launch z.r() when hot;", "`z.r` takes 1 argument, not 0"),
     ("poster p: int in 0 .. 3 = 4;", "`4` is not in 0 .. 3"),
