@@ -60,11 +60,14 @@ class Act(NamedTuple):
 class Manager:
     """Shared nodes under one variable order; entries that are not in `order` follow in the order of their first use.
 
-    What makes nodes raises `TooManyNodes` if there would be more than `most`.
+    What makes nodes raises `TooManyNodes` if there would be more than `most`, counted as binary tests and actions, or
+    if more results than that are remembered.
     """
 
     def __init__(self, order: Iterable[ElementNumber] = (), most: int = BOTTOM) -> None:
         self.most = most
+        self.size = 0
+        """The number of binary tests and actions."""
         self.entries: list[ElementNumber] = list(order)
         """The entries by level."""
         self._level: dict[ElementNumber, int] = {entry: level for level, entry in enumerate(self.entries)}
@@ -111,7 +114,8 @@ class Manager:
         number = self._unique.get(node)
         if number is None:
             number = self._unique[node] = len(self._nodes)
-            if number >= self.most:
+            self.size += len(node.cuts) if isinstance(node, Test) else 1
+            if self.size > self.most or len(self._ite) > self.most:
                 raise TooManyNodes
             self._nodes.append(node)
             self._top.append(level)

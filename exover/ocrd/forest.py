@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from exover.dataclass import dataclass
 from exover.ocrd.decision import Do
-from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children
+from exover.ocrd.diagram import BOTTOM, NO, YES, Act, Manager, Test, TooManyNodes, children
 from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 
@@ -45,9 +45,13 @@ Known = tuple[tuple[int, Range], ...]
 
 @dataclass
 class Forest:
-    """The shared nodes of all planted diagrams; structural hashing keeps equal nodes once."""
+    """The shared nodes of all planted diagrams; structural hashing keeps equal nodes once.
+
+    Raises `TooManyNodes` if there would be more than `most`.
+    """
 
     numbers: Numbers
+    most: int = BOTTOM
     nodes: list[Branch | Perform] = field(default_factory=list)
     _unique: dict[Branch | Perform, int] = field(default_factory=dict)
     _above: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -77,6 +81,8 @@ class Forest:
         number = self._unique.get(node)
         if number is None:
             number = self._unique[node] = len(self.nodes)
+            if number >= self.most:
+                raise TooManyNodes("with those of what stands before it")
             self.nodes.append(node)
         return number
 

@@ -18,8 +18,8 @@ from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
 from exover.raised import TablesTooLarge
 
-MOST_NODES = 2_500_000
-"""The most nodes that the diagram of one decision may have while it is made; with the tables they may take some GB."""
+MOST_NODES = 1_500_000
+"""The most nodes that one diagram may have while it is made, and all together: they take less than 1.5 GiB."""
 
 
 @dataclass
@@ -63,10 +63,10 @@ class Roots:
 def grow(model: Model) -> Roots:
     """Return the diagrams of a model: of decisions, rules, launch rules and latches; predicates are added later.
 
-    Raises `TablesTooLarge` if one of them takes more than MOST_NODES nodes.
+    Raises `TablesTooLarge` if one of them, or all together, take more than MOST_NODES nodes.
     """
     questions = DecisionContext(Vocabulary(model))
-    roots = Roots(questions, Forest(questions.numbers))
+    roots = Roots(questions, Forest(questions.numbers, MOST_NODES))
     for request in model.requests:
         with _counted(request.name, request.location):
             roots.decide.append(_plant_decision(roots.forest, questions, request.name))
@@ -89,11 +89,12 @@ def grow(model: Model) -> Roots:
 
 @contextmanager
 def _counted(name: str, place: Location) -> Iterator[None]:
-    """Say what a diagram is of, and where that stands, if it has too many nodes."""
+    """Say what a diagram is of, and where that stands, if it has too many nodes, alone or with those before it."""
     try:
         yield
-    except TooManyNodes:
-        why = f"the tables for `{name}` tell too many cases apart (more than {MOST_NODES} nodes)"
+    except TooManyNodes as reason:
+        told = f"the tables for `{name}` tell too many cases apart"
+        why = f"{told} (more than {MOST_NODES} nodes{f', {reason}' if str(reason) else ''})"
         raise TablesTooLarge(f"{place}: {why}: give it fewer instances, or fewer rules that read arguments") from None
 
 

@@ -77,3 +77,23 @@ def test_what_tells_too_many_cases_apart_is_refused_at_its_place(
     with pytest.raises(TablesTooLarge) as refused:
         pipeline.build(model)
     assert str(refused.value).startswith(f"{place}: the tables for `{name}` tell too many cases apart")
+
+
+def test_what_is_too_much_together_is_refused_where_it_becomes_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    requests = " ".join(f"request r{n}(); request s{n}();" for n in range(9))
+    rules = "\n".join(f"mutex one{n}: m.r{n}, m.s{n};" for n in range(9))
+    model = model_of(f"spec s; module m {{ {requests} }}\n{rules}\n")
+    assert pipeline.build(model).compiled.figures.nodes > 20
+    monkeypatch.setattr(roots, "MOST_NODES", 20)
+    with pytest.raises(TablesTooLarge, match="with those of what stands before it"):
+        pipeline.build(model)
+
+
+def test_a_wide_node_counts_as_the_tests_that_it_becomes(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = ", ".join(map(str, range(1, 40, 2)))
+    latch = f"latch t: when b in {{{values}}} until m.r;"
+    model = model_of(f"spec s; poster b: int in 0 .. 99 = 0; module m {{ request r(); }}\n{latch}")
+    pipeline.build(model)
+    monkeypatch.setattr(roots, "MOST_NODES", 100)
+    with pytest.raises(TablesTooLarge, match="the tables for `t` tell too many cases apart"):
+        pipeline.build(model)
