@@ -5,6 +5,12 @@ class TablesTooLarge(ValueError):
     """The tables of a spec would be too large to be made; the message begins with the place of what they are for."""
 
 
+def out_of_memory(error: BaseException) -> bool:
+    """Return whether an exception says that there is no memory left; Z3 has one of its own with these words."""
+    of_z3 = type(error).__name__ == "Z3Exception" and "out of memory" in str(error)
+    return of_z3 or is_raised(MemoryError, error)
+
+
 def is_raised(kind: type[BaseException], error: BaseException) -> bool:
     """Return whether `error` is a `kind`, or what one has been turned into.
 

@@ -18,6 +18,8 @@ from exover.checks.run import CheckOutcome, unanswered
 from exover.checks.schedule.answers import AnswerStore
 from exover.checks.schedule.engines import Engines
 from exover.checks.schedule.plan import CheckPlan
+from exover.checks.schedule.serving import is_memory
+from exover.checks.schedule.workers import NO_MEMORY
 from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_unwritable, shown, write_all, write_one
@@ -202,7 +204,7 @@ def too_late(arguments: argparse.Namespace, limits: Limits) -> ExitStatus:
 def decide(
     model: Model, plan: CheckPlan, limits: Limits, store: AnswerStore | None = None
 ) -> tuple[Build | None, CheckOutcome]:
-    """Return the tables of a model, None if the time is over before, and the outcome of the checks.
+    """Return the tables of a model, None if time or memory are not enough for them, and the outcome of the checks.
 
     Questions that `store` has an answer to are not asked.
     """
@@ -215,6 +217,10 @@ def decide(
             return None, unanswered(model, plan, limits.reason)
         except KeyboardInterrupt:
             return None, unanswered(model, plan, INTERRUPTED, interrupted=True)
+        except Exception as error:
+            if not is_memory(error):
+                raise
+            return None, unanswered(model, plan, NO_MEMORY)
         outcome = check(built, progress, plan, limits=limits, audience=progress, store=store)
         progress.finish()
     if outcome.note:

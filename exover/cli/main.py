@@ -19,7 +19,7 @@ from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.ending import heeded
-from exover.raised import TablesTooLarge, is_raised
+from exover.raised import TablesTooLarge, is_raised, out_of_memory
 
 OBJECTS = 100_000
 """The threshold of the garbage collector, in objects: trees and models are many objects without cycles."""
@@ -70,6 +70,9 @@ class ExitGuard:
                 self.status = ExitStatus.WRONG
                 self.reason = f"{error.strerror}" + (f": {error.filename}" if error.filename else "")
                 complain(f"exover: error: {self.reason}")
+            case _ if out_of_memory(error):
+                self.status, self.reason = ExitStatus.UNKNOWN, "not enough memory"
+                complain(f"exover: error: {self.reason}: nothing more is known")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else ExitStatus.OK
             case _ if is_raised(SystemExit, error):

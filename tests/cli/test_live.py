@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from exover.checks.finding import Finding
+from exover.cli import check as check_module
 from exover.cli.arguments import parser
 from exover.cli.live import Live
 from exover.cli.main import main
@@ -228,6 +229,26 @@ def test_engines_that_get_too_little_memory_are_no_fault(run, spec, engine, memo
     unknown = {f["message"] for f in json.loads(done.stdout)["findings"] if f["verdict"] == "unknown"}
     assert all(message.startswith(f"memory limit of {memory} MiB") for message in unknown) or done.returncode == 0
     assert unknown or memory != "1"
+
+
+@pytest.fixture
+def insatiable(monkeypatch):
+    """Let tables take more memory than there is."""
+    monkeypatch.setattr(check_module, "build", lambda model: bytearray(1 << 62))
+
+
+def test_tables_that_take_too_much_memory_leave_all_unknown(spec, insatiable, capsys):
+    assert main(["check", str(spec), "--no-cache"]) == 3
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert "not enough memory" in told.out
+    assert "internal fault" not in told.out
+
+
+def test_a_command_without_memory_says_so(spec, monkeypatch, capsys):
+    monkeypatch.setattr("exover.cli.fmt.run", lambda arguments: bytearray(1 << 62))
+    assert main(["fmt", str(spec)]) == 3
+    assert capsys.readouterr().err == "exover: error: not enough memory: nothing more is known\n"
 
 
 def test_memory_that_is_no_number_is_refused(run, spec):
