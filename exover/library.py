@@ -43,6 +43,7 @@ from exover.model.reads import reads
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.packing import DamagedTable, decode
+from exover.ocrd.structure import verify
 from exover.ocrd.tables import UNCHECKED
 from exover.pipeline import CheckerName, EmitTarget
 from exover.places import advised, find_properties, read_part
@@ -259,10 +260,11 @@ def load_tables(data: File | bytes, spec: Spec) -> Tables:
     content = data if isinstance(data, bytes) else Path(data).read_bytes()
     try:
         found = decode(content)
+        if found.digest != digest(spec.model):
+            raise TablesError(f"these are not the tables of {spec.name}, as {spec.source.name} has it")
+        verify(found, spec.model)
     except DamagedTable as reason:
         raise TablesError(str(reason)) from reason
-    if found.digest != digest(spec.model):
-        raise TablesError(f"these are not the tables of {spec.name}, as {spec.source.name} has it")
     return Tables(spec, content)
 
 
@@ -273,7 +275,8 @@ def simulate(
 
     The `engine` is by default `reference` for a spec and `tables` for tables. `c` and `rust` compile the emitted code
     and raise `NativeUnavailable` without a compiler.
-    Raises `TypeError` if one text or event is given instead of several, `ValueError` if there is no such engine.
+    Raises `TypeError` if one text or event is given instead of several, `ValueError` if there is no such engine,
+    `TablesError` if tables that were loaded contradict themselves.
     """
     if isinstance(events, str | bytes):
         raise TypeError("events are given one by one: write events.splitlines() for the lines of a text")
@@ -283,9 +286,12 @@ def simulate(
         _known(engine, CheckerName, "engine")
     spec, tables = (checker, None) if isinstance(checker, Spec) else (checker.spec, decode(checker.data))
     lines = [event if isinstance(event, str | bytes) else json.dumps(event) for event in events]
-    with pipeline.engine(engine or ("tables" if tables else "reference"), spec.model, tables) as chosen:
-        answered = enumerate(answers(spec.model, chosen, lines), 1)
-        return tuple(Answer(event, said, answer_line(spec.model, step, said)) for step, (event, said) in answered)
+    try:
+        with pipeline.engine(engine or ("tables" if tables else "reference"), spec.model, tables) as chosen:
+            answered = enumerate(answers(spec.model, chosen, lines), 1)
+            return tuple(Answer(event, said, answer_line(spec.model, step, said)) for step, (event, said) in answered)
+    except DamagedTable as reason:
+        raise TablesError(str(reason)) from reason
 
 
 def _found(spec: Spec) -> Properties:

@@ -72,6 +72,16 @@ def compile_model(model: Model, digest: bytes, flags: int = 0) -> Compiled:
         return _Assembly(model, grow(model)).compiled(digest, flags)
 
 
+def most_passes(model: Model) -> int:
+    """Return a bound on the passes (steps 3 to 5) of one event: every pass but the last changes something.
+
+    A slot changes at most twice in a step. What is in a waiting place before the step, or is put there by the event or
+    a required launch, changes at most four times, counted with its entering and leaving.
+    """
+    slots = sum(request.instances for request in model.requests)
+    return 1 + 2 * slots + 4 * (len(model.requests) + len(model.launches))
+
+
 @dataclass
 class _Assembly:
     """Collects the records; every section is a list that only grows."""
@@ -140,7 +150,7 @@ class _Assembly:
             conflicts=tuple(self.conflicts),
             reasons=tuple(map(t.ReasonRow, conflicts.denials(self.model, tuple(self.reason)))),
             invariants=invariants,
-            limits=(t.LimitRow(tests, actions, self._passes(), len({rule.reason for rule in rules})),),
+            limits=(t.LimitRow(tests, actions, most_passes(self.model), len({rule.reason for rule in rules})),),
             sums=tuple(sums),
             lists=tuple(self.lists),
             reals=tuple(self.reals),
@@ -180,15 +190,6 @@ class _Assembly:
                 return t.AGREE, None, 0
             case _:
                 assert_never(action)
-
-    def _passes(self) -> int:
-        """Return a bound on the passes (steps 3 to 5) of one event: every pass but the last changes something.
-
-        A slot changes at most twice in a step. What is in a waiting place before the step, or is put there by the
-        event or a required launch, changes at most four times, counted with its entering and leaving.
-        """
-        slots = sum(request.instances for request in self.model.requests)
-        return 1 + 2 * slots + 4 * (len(self.model.requests) + len(self.model.launches))
 
     # ---- requests ----
 

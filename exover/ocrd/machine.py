@@ -26,6 +26,7 @@ from exover.model.event import (
 from exover.model.types import from_ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING, Memory
+from exover.ocrd.packing import DamagedTable
 from exover.ocrd.tables import NONE, Node, RequestRow
 from exover.ocrd.vector import OUTCOMES
 
@@ -51,7 +52,7 @@ class Machine(Memory):
             if not self.changed:
                 break
         else:
-            raise AssertionError("the bound on passes is wrong")
+            raise DamagedTable("the bound on passes is wrong")
         self.refused = self.refusing
         self._violations()
         return tuple(self.actions)
@@ -103,8 +104,12 @@ class Machine(Memory):
         if -first.code in (t.REJECT, t.WAIT, t.CLEAR):
             denials = self.tables.reasons[first.bound].denials
             if denials == t.ALL_DENIALS or (denials == t.CLEARINGS and first.code == -t.CLEAR):
-                assert self._in_conflict(request), "only the diagrams see a conflict"
+                self._assert(self._in_conflict(request), "only the diagrams see a conflict")
         return path
+
+    def _assert(self, is_so: bool, otherwise: str) -> None:
+        if not is_so:
+            raise DamagedTable(f"the tables contradict themselves: {otherwise}")
 
     def _in_conflict(self, request: int) -> bool:
         return any(self.held[other] for other in self.conflicts[request])
@@ -172,8 +177,10 @@ class Machine(Memory):
 
     def _launch(self, request: int, args: Args, required: Reason | None, launch_rule: Reason | None) -> None:
         row = self.tables.requests[request]
-        slot = self.phase[row.slots : row.slots + row.instances].index(IDLE)
-        assert not self._in_conflict(request), "only the bit rows see a conflict"
+        phases = self.phase[row.slots : row.slots + row.instances]
+        self._assert(IDLE in phases, "a request is launched that has no idle slot")
+        slot = phases.index(IDLE)
+        self._assert(not self._in_conflict(request), "only the bit rows see a conflict")
         self.held[request] += 1
         self.set_place(request, EMPTY, ())
         for amount in self._counting(request, args, row.consumes, row.produces):
