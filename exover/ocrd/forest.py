@@ -19,6 +19,8 @@ END = -1
 NEVER = -2
 """An unreachable child: no consistent state leads there, so a test with such a child is replaced by the other one."""
 
+LARGE = 8
+"""Quantities of a sum from which on it is compared with other sums as a whole."""
 CONTEXTS = 20_000
 """Pairs of a node and the bounds known there that are told apart in one diagram; from then on bounds are ignored."""
 
@@ -43,6 +45,14 @@ Known = tuple[tuple[int, Range], ...]
 """The known ranges of entries, by their level in the diagram at hand."""
 
 
+class BoundedSum(NamedTuple):
+    """A sum: its range if nothing is known, the quantities that bound it, and by each of these the terms it bounds."""
+
+    span: Range
+    about: frozenset[int]
+    bounding: dict[int, list[tuple[int, int]]]
+
+
 @dataclass
 class Forest:
     """The shared nodes of all planted diagrams; structural hashing keeps equal nodes once.
@@ -55,6 +65,7 @@ class Forest:
     nodes: list[Branch | Perform] = field(default_factory=list)
     _unique: dict[Branch | Perform, int] = field(default_factory=dict)
     _above: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    _sums: dict[int, BoundedSum] = field(default_factory=dict)
 
     def plant(self, manager: Manager, root: int) -> int:
         """Add the diagram `root` of `manager` to the forest and return its node."""
@@ -66,6 +77,24 @@ class Forest:
             greater = _above(self.numbers.quantities[quantity])
             self._above[quantity] = tuple(self.numbers.quantity(each) for each in greater)
         return self._above[quantity]
+
+    def bounded_sum(self, element: int) -> BoundedSum:
+        """Return what an element is a sum of; it is asked for in each diagram that tests the element."""
+        if element not in self._sums:
+            bounding: dict[int, list[tuple[int, int]]] = {}
+            for term in self.numbers.terms[element]:
+                for quantity in (term[1], *self.above(term[1])):
+                    bounding.setdefault(quantity, []).append(term)
+            terms = self.numbers.terms[element]
+            found = span(terms, {quantity: self.range(quantity, {}) for _, quantity in terms})
+            self._sums[element] = BoundedSum(found, frozenset(bounding), bounding)
+        return self._sums[element]
+
+    def range(self, quantity: int, bounds: dict[int, Range]) -> Range:
+        """Return the range of a quantity under some bounds, which may be of counters that are always >= it."""
+        least, most = bounds.get(quantity) or self.numbers.ranges[quantity]
+        greater = [(bounds.get(each) or self.numbers.ranges[each])[1] for each in self.above(quantity)]
+        return least, min([most, *greater])
 
     def branch(self, element: int, bound: int, low: int, high: int) -> int:
         """Return the test node, or one of its children if the test is redundant."""
@@ -100,21 +129,20 @@ class _Planting:
 
     def _links(self) -> list[int]:
         """Return for each entry a bit set of the entries, itself included, whose ranges may bound its own."""
-        numbers = self.forest.numbers
-        about = [
-            [each for _, quantity in numbers.terms[element] for each in (quantity, *self.forest.above(quantity))]
-            for element in self.tested
-        ]
+        about = [self.forest.bounded_sum(element).about for element in self.tested]
         sharing: dict[int, int] = {}
+        linked = [0] * len(about)
+        large = [index for index, quantities in enumerate(about) if len(quantities) > LARGE]
         for index, quantities in enumerate(about):
-            for quantity in quantities:
+            for quantity in quantities if len(quantities) <= LARGE else ():
                 sharing[quantity] = sharing.get(quantity, 0) | 1 << index
-        linked = []
-        for quantities in about:
-            mask = 0
-            for quantity in quantities:
-                mask |= sharing[quantity]
-            linked.append(mask)
+        for index, quantities in enumerate(about):
+            for quantity in quantities if len(quantities) <= LARGE else ():
+                linked[index] |= sharing[quantity]
+            for other in large:
+                if not quantities.isdisjoint(about[other]):
+                    linked[index] |= 1 << other
+                    linked[other] |= 1 << index
         return linked
 
     def _masks(self, root: int) -> dict[int, int]:
@@ -183,12 +211,17 @@ class _Planting:
             for above in self.forest.above(quantity):
                 least, most = self._bound(above, bounds)
                 bounds[above] = (max(least, self._bound(quantity, bounds)[0]), most)
-        ranges = {}
-        for _, quantity in numbers.terms[element]:
-            least, most = self._bound(quantity, bounds)
-            ranges[quantity] = least, min([most, *(self._bound(a, bounds)[1] for a in self.forest.above(quantity))])
-        least, most = span(numbers.terms[element], ranges)
+        least, most = self._bounded(element, bounds)
         return max(low, least), min(high, most)
+
+    def _bounded(self, element: int, bounds: dict[int, Range]) -> Range:
+        """Return the range of an element under bounds of quantities: that under none, but for the terms these bound."""
+        forest = self.forest
+        (least, most), _, bounding = forest.bounded_sum(element)
+        terms = tuple({term for each in bounds for term in bounding.get(each, ())})
+        before = span(terms, {quantity: forest.range(quantity, {}) for _, quantity in terms})
+        after = span(terms, {quantity: forest.range(quantity, bounds) for _, quantity in terms})
+        return least - before[0] + after[0], most - before[1] + after[1]
 
     def _bound(self, quantity: int, bounds: dict[int, Range]) -> Range:
         return bounds.get(quantity) or self.forest.numbers.ranges[quantity]

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks import families
 from exover import pipeline
-from exover.ocrd import roots
+from exover.ocrd import forest, forms, roots
 from exover.raised import TablesTooLarge
 from exover.source import Source
 from tests.support.engines import disagreement, model_of
@@ -97,3 +97,23 @@ def test_a_wide_node_counts_as_the_tests_that_it_becomes(monkeypatch: pytest.Mon
     monkeypatch.setattr(roots, "MOST_NODES", 100)
     with pytest.raises(TablesTooLarge, match="the tables for `t` tell too many cases apart"):
         pipeline.build(model)
+
+
+@pytest.mark.parametrize("rule", ["limit at most 3 of m.*;", "resource p: 50; context m.r0 { uses p 2; }"])
+def test_a_sum_over_all_requests_is_bounded_once(rule: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each request asks for the sum: what bounds it then is what bounds the few terms of which something is known."""
+
+    def terms(count: int) -> int:
+        clause = " { uses p 2; }" if "uses" in rule else ";"
+        requests = "".join(f"request r{n}(){clause if n else ';'}" for n in range(count))
+        model, seen = model_of(f"spec s; module m {{ {requests} }}\n{rule}"), [0]
+
+        def counted(added: tuple[tuple[int, int], ...], ranges: dict[int, forms.Range]) -> forms.Range:
+            seen[0] += len(added)
+            return forms.span(added, ranges)
+
+        monkeypatch.setattr(forest, "span", counted)
+        pipeline.build(model)
+        return seen[0]
+
+    assert terms(80) < 3 * terms(40)
