@@ -10,7 +10,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import Literal
 from exover.engines.aig.circuit.words import lit
-from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
 from exover.model.state import SlotId
 
 
@@ -75,13 +75,13 @@ class KLiveness:
 def reports(encoding: Encoding, slots: Iterable[SlotId]) -> tuple[Literal, ...]:
     """Return for each slot a literal over a step: it leaves the slot idle, or reports it."""
     found = []
+    reporting: dict[SlotId, list[EncodedEvent]] = {}
+    for event in encoding.events:
+        if event.kind.verb == "report":
+            reporting.setdefault((event.kind.name, event.kind.slot), []).append(event)
     for name, number in slots:
         flag = encoding.after[encoding.latches.slots[name, number].active]
-        here = [
-            lit(e.chosen)
-            for e in encoding.events
-            if (e.kind.verb, e.kind.name, e.kind.slot) == ("report", name, number)
-        ]
+        here = [lit(event.chosen) for event in reporting.get((name, number), ())]
         found.append(encoding.graph.any((lit(flag) ^ 1, *here)))
     return tuple(found)
 
