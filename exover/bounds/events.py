@@ -80,15 +80,14 @@ class _Bounding:
         The first step of a run walks every rule once, a later one those of which its moves may change an entry.
         """
         rows, cost = self.tables, self.cost
-        passes, reached = self.settling.woken(doing.moves)
-        passes = 1 + passes if rows.rules or rows.launches or self.settling.waiting else 0
+        woken = self.settling.woken(doing.moves)
+        passes = 1 + woken.passes if rows.rules or rows.launches or self.settling.waiting else 0
         passes = passes if self.most is None else min(passes, self.most)
-        slots = doing.slots.union(*(component.slots for component in reached))
-        places = doing.places.union(*(component.places for component in reached))
-        tests = doing.tests + self.rules + passes * self.repeated + sum(component.tests for component in reached)
+        slots, places = doing.slots | woken.slots, doing.places | woken.places
+        tests = doing.tests + self.rules + passes * self.repeated + woken.tests
         tests += sum(cost.killing[self.tables.request_of(slot)] for slot in slots)
         tests += sum(self.settling.taken(request) * cost.leaving[request] for request in places)
-        answers = doing.answers + self.violations + len(slots) + sum(component.answers for component in reached)
+        answers = doing.answers + self.violations + len(slots) + woken.answers
         return Bound(tests, answers + sum(map(self.settling.taken, places)), passes)
 
     @cached_property

@@ -63,16 +63,44 @@ class StrongComponent:
     """The numbers of the other components that it wakes."""
 
 
+@dataclass(frozen=True, slots=True)
+class WokenActions:
+    """What an event wakes: the last pass in which something may change, 0 for none, and what all of it costs."""
+
+    passes: int
+    answers: int
+    tests: int
+    slots: frozenset[int]
+    places: frozenset[int]
+
+
 @dataclass
 class Settling:
     """The actions of passes, and which of them an event wakes."""
 
     tables: Tables
     cost: Costs
+    _known: dict[frozenset[int], WokenActions] = field(default_factory=dict)
+    """What is woken, by the components that moves wake and that are not spontaneous: few sets for many events."""
 
-    def woken(self, moves: Iterable[int]) -> tuple[int, list[StrongComponent]]:
-        """Return the last pass in which something may change after these moves, 0 for none, and what is woken."""
-        pass_of = {component: 1 for move in moves for component in self._woken.get(move, ())}
+    def woken(self, moves: Iterable[int]) -> WokenActions:
+        """Return what these moves wake, and what is spontaneous."""
+        woken = {component for move in moves for component in self._woken.get(move, ())}
+        key = frozenset(woken.difference(self._spontaneous))
+        if key not in self._known:
+            passes, reached = self._reached(key)
+            self._known[key] = WokenActions(
+                passes,
+                sum(component.answers for component in reached),
+                sum(component.tests for component in reached),
+                frozenset().union(*(component.slots for component in reached)),
+                frozenset().union(*(component.places for component in reached)),
+            )
+        return self._known[key]
+
+    def _reached(self, woken: Iterable[int]) -> tuple[int, list[StrongComponent]]:
+        """Return the last pass in which something may change after components were woken, and all that this wakes."""
+        pass_of = dict.fromkeys(woken, 1)
         pass_of |= dict.fromkeys(self._spontaneous, 1)
         pending, last, reached = [-number for number in pass_of], 0, []
         heapify(pending)
