@@ -182,8 +182,12 @@ class Encoding:
 
     def chosen(self, inputs: Collection[int]) -> EncodedEvent:
         """Return the event whose number the true inputs, by their nodes, encode; it happens if the step is legal."""
+        return self.events[self.number_of(inputs)]
+
+    def number_of(self, inputs: Collection[int]) -> int:
+        """Return the number of that event."""
         number = sum(1 << place for place, node in enumerate(self.code) if node in inputs)
-        return self.events[min(number, len(self.events) - 1)]
+        return min(number, len(self.events) - 1)
 
     def enabling(self, number: int) -> Literal | None:
         """Return the latch that is true where the event of a number can happen, None if it always can."""

@@ -17,7 +17,7 @@ from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.encoding.questions import LassoQuestion
 from exover.engines.aig.liveness.k_liveness import KLiveness, Staying
 from exover.engines.aig.liveness.lasso_seeds import LassoSeeds
-from exover.engines.aig.liveness.lassos import shorter, shown
+from exover.engines.aig.liveness.lassos import nearer, shorter, shown
 from exover.engines.aig.liveness.liveness_to_safety import LivenessToSafety, looked_at, return_to
 from exover.engines.aig.liveness.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.liveness.tableau import staying
@@ -136,8 +136,10 @@ class Judging:
 
     def _found(self, found: Mapping[int, InputLasso]) -> None:
         """Answer questions by lassos that the reference interpreter follows; of others note why it does not."""
-        for place, lasso in sorted(shorter(self.machine, found).items()):
-            trace = self._shown(lasso)
+        short = shorter(self.machine, found)
+        near = nearer(self.machine, short)
+        for place, lasso in sorted(short.items()):
+            trace = self._shown(near.get(place, lasso)) or self._shown(lasso)
             if trace is None:
                 self.why[place] = "an abstract run through compared reals has no concrete one"
             else:

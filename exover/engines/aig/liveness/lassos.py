@@ -7,6 +7,7 @@ from operator import or_
 
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.encoding.concretize import Concretizer
+from exover.engines.aig.liveness.nearby_lassos import nearby
 from exover.engines.aig.liveness.random_lassos import InputLasso, SimulatedCircuit
 from exover.engines.aig.simulation.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.simulation.shorten import at_once, doublings
@@ -91,6 +92,21 @@ class _Following:
             for signal in machine.staying[index].signals:
                 good &= ~mine | seen[signal]
         return good, taken
+
+
+def nearer(machine: SimulatedCircuit, short: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+    """Return lassos that are shorter than some without needless steps, and found near them (see `nearby`).
+
+    All variables return to their values, and again no step is needless.
+    """
+    found: dict[int, InputLasso] = {}
+    left = dict(short)
+    while near := {index: lasso for index, each in left.items() if (lasso := nearby(machine, index, each))}:
+        tried = list(shorter(machine, near).items())
+        whole = zip(tried, closed(machine.exact, tried), strict=True)
+        left = {k: lasso for (k, _), lasso in whole if lasso and lasso.length < left[k].length}
+        found |= left
+    return found
 
 
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:

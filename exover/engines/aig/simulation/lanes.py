@@ -15,6 +15,10 @@ LaneWord = int
 """In which lanes something is true."""
 LaneState = Mapping[int, LaneWord]
 """By latch, by its node, in which lanes it is true."""
+StateBits = bytes
+"""A state in one lane: by latch, in their order, 1 where it is true, else 0."""
+DIGITS = bytes(b"01"[byte & 1] for byte in range(256))
+"""By byte of state bits its digit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +52,11 @@ class PackedState(Mapping[int, LaneWord]):
 
     def at_lane(self, lane: int) -> frozenset[int]:
         """Return the latches that are true in a lane."""
-        return frozenset(compress(self.places, self.memory[lane >> 3 :: self.size].translate(BIT[lane & 7])))
+        return frozenset(compress(self.places, self.bits_at(lane)))
+
+    def bits_at(self, lane: int) -> StateBits:
+        """Return the state in a lane."""
+        return self.memory[lane >> 3 :: self.size].translate(BIT[lane & 7])
 
 
 def packed(words: Mapping[int, LaneWord], lanes: int) -> PackedState:
@@ -56,6 +64,12 @@ def packed(words: Mapping[int, LaneWord], lanes: int) -> PackedState:
     size = lanes // 8 + 1
     memory = b"".join([word.to_bytes(size, "little") for word in words.values()])
     return PackedState({node: place for place, node in enumerate(words)}, memory, size)
+
+
+def turned(states: Sequence[StateBits], nodes: Sequence[int]) -> dict[int, LaneWord]:
+    """Return states side by side, a lane for each; `nodes`: those of the latches, in their order."""
+    digits, wide = b"".join(reversed(states)).translate(DIGITS), len(nodes)
+    return {node: int(digits[place::wide], 2) for place, node in enumerate(nodes)}
 
 
 def initial(latches: Iterable[LatchNode], lanes: LaneWord) -> LaneState:
