@@ -1,6 +1,7 @@
 """The tests themselves: their rooms are those of the packages, and what several need stands in modules of its own."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,8 @@ SUBJECTS = {"agreement", "cases", "docs", "newcomers", "support"}
 """Rooms of tests that are about several packages."""
 PARTS = ("body", "orelse", "finalbody", "handlers", "cases")
 """Of a statement: the statements in it, and what has such."""
+ROOTED = re.compile(r"^ROOT = Path\(__file__\)(?:\.resolve\(\))?\.parents\[(\d)\]$", re.MULTILINE)
+"""Where a module says how many folders up the repository is."""
 IN_RUNTIME = {"run"}
 """Packages whose tests stand in tests/runtime: what they run is the evidence of docs/evidence.md, read from there."""
 
@@ -55,3 +58,11 @@ def test_no_helper_is_imported_from_a_module_of_tests() -> None:
     names = [(str(path.relative_to(TESTS)), name) for path, tree in trees.items() for name in imported(tree)]
     assert any(name.startswith("tests.support.") for _, name in names)
     assert [(path, name) for path, name in names if is_test(name)] == []
+
+
+def test_what_modules_call_root_is_the_repository() -> None:
+    """What they look for there is not found elsewhere once they are moved."""
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.rglob("*.py"))}
+    said = [(path, up) for path, text in texts.items() for up in ROOTED.findall(text)]
+    assert len(said) > 10
+    assert [str(path) for path, up in said if path.parents[int(up)] != TESTS.parent] == []

@@ -40,7 +40,7 @@ from tests.support.fuzz import spec_of
 from tests.support.seldom import SELDOM as OTHERS
 from tests.support.small import compiled, small_spec_of
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 FILES = [*sorted((ROOT / "specs").glob("*.exo")), *sorted((ROOT / "tests" / "vectors").glob("*.exo"))]
 SMALL = (0, 2, 3, 4, 7, 12, 16, 26)
 LARGE = (0, 1, 3, 4, 5, 12, 13)
