@@ -5,7 +5,7 @@ That the passes of the graph are enough is a question like the others: nothing i
 are followed on the reference interpreter before they count.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from copy import copy, deepcopy
 from dataclasses import field, replace
 from functools import cached_property
@@ -13,7 +13,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig.bad_states import BadStates
-from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable, SayAnswer, StopRequested, Unreachable
+from exover.engines.aig.circuit.answer import Inputs, Open, Reachable, SayAnswer, Settled, StopRequested
 from exover.engines.aig.circuit.graph import FALSE, Circuit
 from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.encoding.questions import (
@@ -292,12 +292,19 @@ class Inquiry:
                 return Trace(trace.moments[:number]) if truth else None
         return None
 
-    def _excluded(self, circuit: Circuit) -> bool:
-        answers: list[Answer] = []
-        whole = range(len(circuit.bad))
-        self.bad_states.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
-        self._stops += [answer.inputs[:-1] for answer in answers if isinstance(answer, Reachable)]
-        return all(isinstance(answer, Unreachable) for answer in answers)
+    def _excluded(self, circuit: Circuit) -> Container[int]:
+        """Return the bad literals of a circuit, by index, that no reachable state makes true."""
+        shown, portfolio = set[int](), self.bad_states.portfolio
+
+        def hear(number: int, answer: Settled) -> None:
+            if isinstance(answer, Reachable):
+                self._stops.append(answer.inputs[:-1])
+            elif not isinstance(answer, Open):
+                shown.add(number)
+
+        left = portfolio.settle_soon(circuit, range(len(circuit.bad)), hear, self.budget, learn=False)
+        portfolio.put(circuit, left, hear, SHORT, self.budget)
+        return shown
 
     def _stranded(self) -> Trace | None:
         """Return a run to a state from which the assumptions allow no step, if some known run comes to one."""

@@ -3,8 +3,9 @@
 (Apt, Francez, Katz 1988: feasibility of a fairness condition; Abadi, Lamport 1991: machine closure.)
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 
+from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.circuit.solver import Solver
@@ -14,36 +15,52 @@ from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.exploration import Exploration, Seed
 from exover.engines.aig.ways.home_states import inputs_of
 
-Excludes = Callable[[Circuit], bool]
-"""Returns whether a model checker shows that no reachable state makes any bad literal of a circuit true."""
+Excludes = Callable[[Circuit], Container[int]]
+"""Returns the bad literals of a circuit, by index, that a model checker shows to be true in no reachable state."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """States, as a cube of literals, in each of which one of some events has to be allowed; an event by its inputs."""
+
+    state: tuple[Literal, ...]
+    choices: Sequence[frozenset[int]]
 
 
 def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> bool:
     """Return whether it is proved that every run can go on for ever, and if `fair` fairly.
 
     A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly
-    if besides every active slot can be reported at once, for then slots can be reported in turn.
+    if besides every active slot can be reported at once, for then slots can be reported in turn. Of a slot it is first
+    asked whether its first report is always allowed, a smaller question than whether any of them is.
     """
-    graph, active, domain = encoding.graph, encoding.latches, encoding.moments.domain
-    solver = Solver(graph.within_step())
-    events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
-    needs: list[tuple[Sequence[Literal], list[frozenset[int]]]] = []
-    free = [inputs for kind, inputs in events if kind.verb in ("ask", "observe", "observe level")]
-    needs.append(((), free))
-    for (name, number), slot in active.slots.items() if fair else ():
-        mine = [i for kind, i in events if kind.verb == "report" and (kind.name, kind.slot) == (name, number)]
-        needs.append(((active.literals[slot.active][0],), mine))
-    open_cases: list[Literal] = []
+    domain = encoding.moments.domain
+    solver = Solver(encoding.graph.within_step())
     try:
-        for state, choices in needs:
-            if not any(_allowed(encoding, solver, (*state, domain), inputs) for inputs in choices):
-                open_cases.append(_refused(encoding, state, choices))
+        left = [
+            case
+            for case in _cases(encoding, fair)
+            if not any(_allowed(encoding, solver, (*case.state, domain), inputs) for inputs in case.choices)
+        ]
     finally:
         solver.close()
-    if not open_cases:
+    if slots := [case for case in left if case.state]:
+        always = excluded(encoding.circuit([_refused_first(encoding, case) for case in slots]))
+        left = [*(case for case in left if not case.state), *(c for n, c in enumerate(slots) if n not in always)]
+    if not left:
         return True
-    following = [encoding.following[2 * node] for node, _ in graph.latches]
-    return excluded(graph.circuit(following, open_cases))
+    shown = excluded(encoding.circuit([_refused(encoding, case) for case in left]))
+    return all(number in shown for number in range(len(left)))
+
+
+def _cases(encoding: Encoding, fair: bool) -> Iterator[_Case]:
+    """Yield the case of all states, and if `fair` that of each slot where it is active."""
+    events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
+    yield _Case((), [inputs for kind, inputs in events if kind.verb in ("ask", "observe", "observe level")])
+    latches = encoding.latches
+    for owner, slot in latches.slots.items() if fair else ():
+        mine = [inputs for kind, inputs in events if kind.verb == "report" and (kind.name, kind.slot) == owner]
+        yield _Case((latches.literals[slot.active][0],), mine)
 
 
 def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
@@ -70,17 +87,26 @@ def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
         solver.close()
 
 
+def _given(encoding: Encoding, true: frozenset[int]) -> list[Literal]:
+    """Return the cube of inputs of which these are true, and no others."""
+    return [2 * node + (node not in true) for node in encoding.graph.inputs]
+
+
 def _allowed(encoding: Encoding, solver: Solver, state: Sequence[Literal], true: frozenset[int]) -> bool:
     """Return whether an event is an allowed step in all states of a cube."""
-    inputs = [2 * node + (node not in true) for node in encoding.graph.inputs]
-    asked = (*state, *inputs, encoding.legal ^ 1)
+    asked = (*state, *_given(encoding, true), encoding.legal ^ 1)
     return not solver.satisfiable([solver.literal(each) for each in asked])
 
 
-def _refused(encoding: Encoding, state: Sequence[Literal], choices: Sequence[frozenset[int]]) -> Literal:
-    """Return a literal over the state: it is in a cube, and none of the events is an allowed step."""
+def _refused_first(encoding: Encoding, case: _Case) -> Literal:
+    """Return a literal over a step: it is that by the first event, in the states of a case, and is not allowed."""
+    return encoding.graph.all((*case.state, *_given(encoding, case.choices[0]), encoding.legal ^ 1))
+
+
+def _refused(encoding: Encoding, case: _Case) -> Literal:
+    """Return a literal over the state: it is one of a case, and none of the events is an allowed step."""
     graph, steps = encoding.graph, []
-    for true in choices:
+    for true in case.choices:
         constant = {node: int(node in true) for node in graph.inputs}
         steps += substituted(graph, [encoding.legal], constant)
-    return graph.all((*state, graph.any(steps) ^ 1))
+    return graph.all((*case.state, graph.any(steps) ^ 1))
