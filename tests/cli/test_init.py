@@ -65,7 +65,7 @@ def test_the_waiver_that_is_commented_out_is_one(run: Run, tmp_path: Path) -> No
     path = tmp_path / "cart" / "exover.toml"
     path.write_text(path.read_text().partition("#\n# [[waiver]]")[0] + uncommented(path.read_text()))
     ended = run("check", "cart/cart.exo")
-    assert ended.returncode == 0 and "no such finding is open" in ended.stderr
+    assert ended.returncode == 0 and "no such finding of cart is open" in ended.stderr
 
 
 def uncommented(text: str) -> str:
