@@ -27,13 +27,15 @@ from exover.engines.aig.encoding.questions import (
 )
 from exover.engines.aig.evidence import STRANDED, WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.liveness import judging
-from exover.engines.aig.liveness.machine_closure import is_machine_closed, stranded
+from exover.engines.aig.liveness.machine_closure import can_go_on, stranded, unreported
 from exover.engines.aig.portfolio import SHORT, Portfolio
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.ways import always_possible
 from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
-from exover.model.property import TRUE, Formula, finally_
+from exover.loop.formula_classes import Stuck, question_of
+from exover.model.expression import Status
+from exover.model.property import TRUE, Atom, Formula, Negation, finally_, some_finally
 from exover.model.run_moments import is_true
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, visited
@@ -53,7 +55,6 @@ class Inquiry:
     abc: str
     budget: int
     _said: set[int] = field(default_factory=set)
-    _going_on: dict[bool, bool] = field(default_factory=dict)
     _fair_run: bool | None = None
     """Whether a fair run is known; None before one was looked for."""
     _stops: list[Inputs] = field(default_factory=list)
@@ -129,7 +130,7 @@ class Inquiry:
         The searches for lassos, ways and bad states each start from what is known now, so that answers are the same in
         any case. `others`: side tasks that run already, whose messages are heard meanwhile.
         """
-        cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
+        cut_off = self._about_ways()
         with (
             Beside(self._look_for_ways(cut_off), spare and bool(cut_off)) as found,
             Beside(self.bad_states.at_length(), spare and self.bad_states.unproved) as at_length,
@@ -139,6 +140,14 @@ class Inquiry:
         self._waits_end()
         self._ask_of_fair_runs()
         self._tell(final=True)
+
+    def _about_ways(self) -> list[CutOff]:
+        """Return the questions about ways, with those on which it depends whether answers count for fair runs."""
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
+        fair = (self.questions[number] for number in self.left if self.claims[number].fair)
+        if any(leaf in asked for question in fair for leaf in questions_in(question)) and not self._goes_on(True):
+            asked += self._endings if self._goes_on(False) else ()
+        return list(dict.fromkeys(asked))
 
     def _heard(self, answers: Sequence[Answered]) -> None:
         """Take answers to elementary questions, and say the opinions that follow."""
@@ -238,13 +247,29 @@ class Inquiry:
         """Return whether it is proved that every run can go on for ever under the assumptions, if `fair` fairly."""
         if not self.encoding.properties.assumptions:
             return True
-        if not self.evidence.settled:
+        if not (self.evidence.settled and self._can_go_on):
             return False
-        if fair not in self._going_on:
-            self._going_on[fair] = is_machine_closed(self.encoding, fair, self._excluded)
-            if not self._going_on[fair] and self.evidence.stranded is None:
-                self.evidence.stranded = self._stranded()
-        return self._going_on[fair]
+        known = self.evidence.found
+        return not fair or all(ending in known and known[ending].truth is False for ending in self._endings)
+
+    @cached_property
+    def _can_go_on(self) -> bool:
+        """Whether it is proved that every run can go on for ever."""
+        proved = can_go_on(self.encoding, self._excluded)
+        if not proved:
+            self.evidence.stranded = self._stranded()
+        return proved
+
+    @cached_property
+    def _endings(self) -> tuple[CutOff, ...]:
+        """Of each request with a slot that may not always be reported: whether some run comes to where there is no way
+        to none of it being active. If none does, slots can be reported, or left idle, in turn."""
+        found = []
+        for name in dict.fromkeys(name for name, _ in unreported(self.encoding, self._excluded)):
+            stuck = question_of(some_finally(Negation(some_finally(Negation(Atom(Status("active", name)))))))
+            assert isinstance(stuck, Stuck)
+            found.append(CutOff(stuck))
+        return tuple(found)
 
     def _some_run_is_fair(self) -> bool:
         """Return whether a fair run under the assumptions is found, near the runs that are known."""

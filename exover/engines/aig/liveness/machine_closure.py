@@ -3,7 +3,7 @@
 (Apt, Francez, Katz 1988: feasibility of a fairness condition; Abadi, Lamport 1991: machine closure.)
 """
 
-from collections.abc import Callable, Container, Iterator, Sequence
+from collections.abc import Callable, Container, Sequence
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
@@ -14,6 +14,8 @@ from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.exploration import Exploration, Seed
 from exover.engines.aig.ways.home_states import inputs_of
+from exover.loop.exact.events import Kind
+from exover.model.state import SlotId
 
 Excludes = Callable[[Circuit], Container[int]]
 """Returns the bad literals of a circuit, by index, that a model checker shows to be true in no reachable state."""
@@ -27,40 +29,54 @@ class _Case:
     choices: Sequence[frozenset[int]]
 
 
-def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> bool:
-    """Return whether it is proved that every run can go on for ever, and if `fair` fairly.
+def can_go_on(encoding: Encoding, excluded: Excludes) -> bool:
+    """Return whether it is proved that every run can go on for ever.
 
-    A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly
-    if besides every active slot can be reported at once, for then slots can be reported in turn. Of a slot it is first
-    asked whether its first report is always allowed, a smaller question than whether any of them is.
+    It can if in every reachable state some event with the least of its values is allowed.
     """
+    events = [inputs for kind, inputs in _events(encoding) if kind.verb in ("ask", "observe", "observe level")]
+    return not _left(encoding, [_Case((), events)], _refused, excluded)
+
+
+def unreported(encoding: Encoding, excluded: Excludes) -> list[SlotId]:
+    """Return the slots of which it is not proved that, wherever they are active, some report of them is allowed.
+
+    If there are none, every run that can go on can do so fairly: slots can be reported in turn. It is first asked
+    whether the first report is always allowed, a smaller question than whether any of them is.
+    """
+    latches, cases = encoding.latches, dict[SlotId, _Case]()
+    for owner, slot in latches.slots.items():
+        mine = [i for kind, i in _events(encoding) if kind.verb == "report" and (kind.name, kind.slot) == owner]
+        cases[owner] = _Case((latches.literals[slot.active][0],), mine)
+    for refused in (_refused_first, _refused):
+        left = _left(encoding, list(cases.values()), refused, excluded)
+        cases = {slot: case for slot, case in cases.items() if case in left}
+    return list(cases)
+
+
+def _events(encoding: Encoding) -> list[tuple[Kind, frozenset[int]]]:
+    """Return all events, each with the inputs by which it has the least of its values."""
+    return [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
+
+
+def _left(
+    encoding: Encoding, cases: Sequence[_Case], refused: Callable[[Encoding, _Case], Literal], excluded: Excludes
+) -> list[_Case]:
+    """Return the cases of which it is not proved that in no reachable state the events are `refused`."""
     domain = encoding.moments.domain
     solver = Solver(encoding.graph.within_step())
     try:
         left = [
             case
-            for case in _cases(encoding, fair)
+            for case in cases
             if not any(_allowed(encoding, solver, (*case.state, domain), inputs) for inputs in case.choices)
         ]
     finally:
         solver.close()
-    if slots := [case for case in left if case.state]:
-        always = excluded(encoding.circuit([_refused_first(encoding, case) for case in slots]))
-        left = [*(case for case in left if not case.state), *(c for n, c in enumerate(slots) if n not in always)]
     if not left:
-        return True
-    shown = excluded(encoding.circuit([_refused(encoding, case) for case in left]))
-    return all(number in shown for number in range(len(left)))
-
-
-def _cases(encoding: Encoding, fair: bool) -> Iterator[_Case]:
-    """Yield the case of all states, and if `fair` that of each slot where it is active."""
-    events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
-    yield _Case((), [inputs for kind, inputs in events if kind.verb in ("ask", "observe", "observe level")])
-    latches = encoding.latches
-    for owner, slot in latches.slots.items() if fair else ():
-        mine = [inputs for kind, inputs in events if kind.verb == "report" and (kind.name, kind.slot) == owner]
-        yield _Case((latches.literals[slot.active][0],), mine)
+        return []
+    shown = excluded(encoding.circuit([refused(encoding, case) for case in left]))
+    return [case for number, case in enumerate(left) if number not in shown]
 
 
 def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:

@@ -8,7 +8,7 @@ from exover.engines.aig.circuit.graph import Circuit
 from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.engine import Aig
 from exover.engines.aig.induction.pdr import decide
-from exover.engines.aig.liveness.machine_closure import is_machine_closed
+from exover.engines.aig.liveness.machine_closure import can_go_on, unreported
 from exover.loop.claim import CONTRADICTION, CONTRADICTORY, Opinion
 from exover.model.event import Ask, Event, Report
 from exover.pipeline import build, load, load_properties
@@ -44,7 +44,7 @@ def test_runs_go_on_as_far_as_assumptions_let_them(assumed: str, wanted: bool) -
     properties = load_properties(Source("small.prop", f"for small; {assumed}"), model).properties
     assert properties is not None
     encoding = Encoding(build(model).compiled, properties)
-    assert is_machine_closed(encoding, True, excluded) is wanted
+    assert (can_go_on(encoding, excluded) and not unreported(encoding, excluded)) is wanted
 
 
 @pytest.mark.parametrize(
@@ -69,6 +69,18 @@ def test_what_assumptions_let_go_on_is_not_said_to_be_contradictory() -> None:
     (said,) = judged("for small; assume never ended(m.go); property a: never running(m.stop) and charge == 7;")
     assert said.verdict == "violated"
     assert CONTRADICTORY not in said.message
+
+
+@pytest.mark.parametrize(
+    ("assumed", "verdict"),
+    [
+        ("assume never (ended(m.go) and charge < 90);", "holds"),  # it can be charged first
+        ("assume never (ended(m.go) and charge < 90); assume always (charge < 90);", "unknown"),
+    ],
+)
+def test_what_can_be_reported_later_lets_runs_go_on_fairly(assumed: str, verdict: str) -> None:
+    (said,) = judged(f"for small; assume fair reports; {assumed} property a: always possible active(m.stop);")
+    assert said.verdict == verdict
 
 
 def judged(text: str) -> list[Opinion]:
