@@ -145,9 +145,10 @@ class Inquiry:
         """Return the questions about ways, with those on which it depends whether answers count for fair runs."""
         asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         fair = (self.questions[number] for number in self.left if self.claims[number].fair)
-        if any(leaf in asked for question in fair for leaf in questions_in(question)) and not self._goes_on(True):
-            asked += self._endings if self._goes_on(False) else ()
-        return list(dict.fromkeys(asked))
+        of_fair = any(leaf in asked for question in fair for leaf in questions_in(question))
+        if of_fair and self._goes_on(False) and not self._goes_on(True):
+            asked += [ending for ending in self._endings if ending not in asked]
+        return asked
 
     def _heard(self, answers: Sequence[Answered]) -> None:
         """Take answers to elementary questions, and say the opinions that follow."""

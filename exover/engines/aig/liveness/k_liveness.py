@@ -10,7 +10,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import Literal
 from exover.engines.aig.circuit.words import lit
-from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
+from exover.engines.aig.encoding.encoder import Encoding
 from exover.model.state import SlotId
 
 
@@ -74,16 +74,21 @@ class KLiveness:
 
 def reports(encoding: Encoding, slots: Iterable[SlotId]) -> tuple[Literal, ...]:
     """Return for each slot a literal over a step: it leaves the slot idle, or reports it."""
-    found = []
-    reporting: dict[SlotId, list[EncodedEvent]] = {}
-    for event in encoding.events:
-        if event.kind.verb == "report":
-            reporting.setdefault((event.kind.name, event.kind.slot), []).append(event)
+    found, numbers = [], reporting(encoding)
     for name, number in slots:
         flag = encoding.after[encoding.latches.slots[name, number].active]
-        here = [lit(event.chosen) for event in reporting.get((name, number), ())]
+        here = [lit(encoding.events[each].chosen) for each in numbers[name, number]]
         found.append(encoding.graph.any((lit(flag) ^ 1, *here)))
     return tuple(found)
+
+
+def reporting(encoding: Encoding) -> dict[SlotId, list[int]]:
+    """Return by slot the numbers of the events that report it."""
+    found: dict[SlotId, list[int]] = {slot: [] for slot in slots_of(encoding)}
+    for number, event in enumerate(encoding.events):
+        if event.kind.verb == "report":
+            found[event.kind.name, event.kind.slot].append(number)
+    return found
 
 
 def slots_of(encoding: Encoding) -> tuple[SlotId, ...]:

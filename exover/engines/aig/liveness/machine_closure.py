@@ -3,7 +3,8 @@
 (Apt, Francez, Katz 1988: feasibility of a fairness condition; Abadi, Lamport 1991: machine closure.)
 """
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
+from typing import TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
@@ -11,12 +12,13 @@ from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.circuit.solver import Solver
 from exover.engines.aig.circuit.symbolic_simulation import substituted
 from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.liveness.k_liveness import reporting
 from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.exploration import Exploration, Seed
 from exover.engines.aig.ways.home_states import inputs_of
-from exover.loop.exact.events import Kind
 from exover.model.state import SlotId
 
+T = TypeVar("T")
 Excludes = Callable[[Circuit], Container[int]]
 """Returns the bad literals of a circuit, by index, that a model checker shows to be true in no reachable state."""
 
@@ -34,8 +36,9 @@ def can_go_on(encoding: Encoding, excluded: Excludes) -> bool:
 
     It can if in every reachable state some event with the least of its values is allowed.
     """
-    events = [inputs for kind, inputs in _events(encoding) if kind.verb in ("ask", "observe", "observe level")]
-    return not _left(encoding, [_Case((), events)], _refused, excluded)
+    kinds = enumerate(event.kind for event in encoding.events)
+    free = [inputs_of(encoding, number) for number, kind in kinds if kind.verb in ("ask", "observe", "observe level")]
+    return not _left(encoding, _open(encoding, {None: _Case((), free)}), _refused, excluded)
 
 
 def unreported(encoding: Encoding, excluded: Excludes) -> list[SlotId]:
@@ -44,39 +47,41 @@ def unreported(encoding: Encoding, excluded: Excludes) -> list[SlotId]:
     If there are none, every run that can go on can do so fairly: slots can be reported in turn. It is first asked
     whether the first report is always allowed, a smaller question than whether any of them is.
     """
-    latches, cases = encoding.latches, dict[SlotId, _Case]()
-    for owner, slot in latches.slots.items():
-        mine = [i for kind, i in _events(encoding) if kind.verb == "report" and (kind.name, kind.slot) == owner]
-        cases[owner] = _Case((latches.literals[slot.active][0],), mine)
+    latches, numbers = encoding.latches, reporting(encoding)
+    left = _open(
+        encoding,
+        {
+            owner: _Case((latches.literals[slot.active][0],), [inputs_of(encoding, each) for each in numbers[owner]])
+            for owner, slot in latches.slots.items()
+        },
+    )
     for refused in (_refused_first, _refused):
-        left = _left(encoding, list(cases.values()), refused, excluded)
-        cases = {slot: case for slot, case in cases.items() if case in left}
-    return list(cases)
+        left = _left(encoding, left, refused, excluded)
+    return list(left)
 
 
-def _events(encoding: Encoding) -> list[tuple[Kind, frozenset[int]]]:
-    """Return all events, each with the inputs by which it has the least of its values."""
-    return [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
-
-
-def _left(
-    encoding: Encoding, cases: Sequence[_Case], refused: Callable[[Encoding, _Case], Literal], excluded: Excludes
-) -> list[_Case]:
-    """Return the cases of which it is not proved that in no reachable state the events are `refused`."""
+def _open(encoding: Encoding, cases: Mapping[T, _Case]) -> dict[T, _Case]:
+    """Return the cases in which no single event is allowed in all states that there may be."""
     domain = encoding.moments.domain
     solver = Solver(encoding.graph.within_step())
     try:
-        left = [
-            case
-            for case in cases
+        return {
+            name: case
+            for name, case in cases.items()
             if not any(_allowed(encoding, solver, (*case.state, domain), inputs) for inputs in case.choices)
-        ]
+        }
     finally:
         solver.close()
-    if not left:
-        return []
-    shown = excluded(encoding.circuit([refused(encoding, case) for case in left]))
-    return [case for number, case in enumerate(left) if number not in shown]
+
+
+def _left(
+    encoding: Encoding, cases: Mapping[T, _Case], refused: Callable[[Encoding, _Case], Literal], excluded: Excludes
+) -> dict[T, _Case]:
+    """Return the cases of which it is not proved that in no reachable state the events are `refused`."""
+    if not cases:
+        return {}
+    shown = excluded(encoding.circuit([refused(encoding, case) for case in cases.values()]))
+    return {name: case for number, (name, case) in enumerate(cases.items()) if number not in shown}
 
 
 def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:

@@ -80,13 +80,8 @@ class _StateGraph:
             new = range(known, len(self.states))
 
     def _states_of(self, lasso: InputLasso) -> list[int]:
-        state = initial(self.latches, 1)
-        found = [0]
-        for step in lasso.steps:
-            values = self.cone.values(state, dict.fromkeys(step, 1))
-            state = self.cone.after(values, self.cone.read(values, self.machine.encoding.legal, 1))
-            found.append(self._number(bytes(map(state.__getitem__, (latch.node for latch in self.latches)))))
-        return list(dict.fromkeys(found))
+        states = (bytes(state[latch.node] for latch in self.latches) for state in self.machine.states(lasso.steps))
+        return list(dict.fromkeys([0, *map(self._number, states)]))
 
     def _number(self, state: StateBits) -> int:
         number = self.numbers.setdefault(state, len(self.states))
