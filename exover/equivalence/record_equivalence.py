@@ -8,15 +8,15 @@ from exover.model.decision import Reason
 from exover.model.expression import Cond
 from exover.model.index import ModelIndex
 from exover.model.model import Effect, Forget, Location, Model, Parameter, SetState
-from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
+from exover.model.types import Real, Type, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.conflicts import conflicts, denials
 from exover.ocrd.conflicts import row as bit_row
 from exover.ocrd.reasons import reasons
+from exover.ocrd.structure import TYPE_CODES
 from exover.ocrd.tables import ParamRow, VariableRow
 from exover.ocrd.vector import Element, HasPast, Vocabulary, ordinal_range
 
-CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
 Alike = Callable[[int, int, Cond | None, bool], bool]
 """Whether a predicate of the tables is true of just those arguments, with results if so, of which a condition is: the
 number of the request, the root, the condition, and whether there are results."""
@@ -120,7 +120,7 @@ def _same_domain(records: Records, request: str | None, parameter: Parameter, ro
     cuts = records.thresholds.get((request, parameter.name), ())
     if records.tables.reals[row.cuts : row.cuts_end] != cuts:
         return False
-    return row.type == CODES[type(parameter.type)] and _range(records, row) == _declared(parameter.type)
+    return row.type == TYPE_CODES[type(parameter.type)] and _range(records, row) == _declared(parameter.type)
 
 
 def _range(records: Records, row: ParamRow | VariableRow) -> tuple[float, float]:

@@ -92,9 +92,12 @@ class Forest:
 
     def range(self, quantity: int, bounds: dict[int, Range]) -> Range:
         """Return the range of a quantity under some bounds, which may be of counters that are always >= it."""
-        least, most = bounds.get(quantity) or self.numbers.ranges[quantity]
-        greater = [(bounds.get(each) or self.numbers.ranges[each])[1] for each in self.above(quantity)]
-        return least, min([most, *greater])
+        least, most = self.bound(quantity, bounds)
+        return least, min([most, *(self.bound(each, bounds)[1] for each in self.above(quantity))])
+
+    def bound(self, quantity: int, bounds: dict[int, Range]) -> Range:
+        """Return the bounds of a quantity alone."""
+        return bounds.get(quantity) or self.numbers.ranges[quantity]
 
     def branch(self, element: int, bound: int, low: int, high: int) -> int:
         """Return the test node, or one of its children if the test is redundant."""
@@ -209,8 +212,8 @@ class _Planting:
             self._propagate(numbers.terms[self.tested[other]], found, bounds)
         for quantity in list(bounds):
             for above in self.forest.above(quantity):
-                least, most = self._bound(above, bounds)
-                bounds[above] = (max(least, self._bound(quantity, bounds)[0]), most)
+                least, most = self.forest.bound(above, bounds)
+                bounds[above] = (max(least, self.forest.bound(quantity, bounds)[0]), most)
         least, most = self._bounded(element, bounds)
         return max(low, least), min(high, most)
 
@@ -223,12 +226,9 @@ class _Planting:
         after = span(terms, {quantity: forest.range(quantity, bounds) for _, quantity in terms})
         return least - before[0] + after[0], most - before[1] + after[1]
 
-    def _bound(self, quantity: int, bounds: dict[int, Range]) -> Range:
-        return bounds.get(quantity) or self.forest.numbers.ranges[quantity]
-
     def _propagate(self, terms: tuple[tuple[int, int], ...], found: Range, bounds: dict[int, Range]) -> None:
         """Tighten the bounds of every quantity of an entry that lies in the range `found`."""
-        edges = [(factor, *self._bound(quantity, bounds)) for factor, quantity in terms]
+        edges = [(factor, *self.forest.bound(quantity, bounds)) for factor, quantity in terms]
         least = sum(factor * (low if factor > 0 else high) for factor, low, high in edges)
         most = sum(factor * (high if factor > 0 else low) for factor, low, high in edges)
         for (factor, quantity), (_, low, high) in zip(terms, edges, strict=True):

@@ -4,7 +4,7 @@ Checksums tell that bytes are as they were written, not who wrote them. What is 
 verified against its model, before anything is walked.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import accumulate
 from typing import Any
 
@@ -60,7 +60,8 @@ INDICES: dict[str, dict[str, tuple[str, tuple[int, ...]]]] = {
     "invariants": {"root": ROOT, "reason": REASON},
 }
 """By section and field the section of which it is an index, and what else it may be."""
-CODES = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
+TYPE_CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
+"""By kind of types their codes in tables."""
 
 
 def verify(tables: Tables, model: Model) -> None:
@@ -89,7 +90,7 @@ class _Structure:
             yield from self._each(section, self._has_indices)
         yield from ((section, number) for section, number, good in self._records() if not good)
 
-    def _each(self, section: str, is_good: Any) -> Iterator[Fault]:
+    def _each(self, section: str, is_good: Callable[[str, Any], bool]) -> Iterator[Fault]:
         rows = enumerate(getattr(self.tables, section))
         yield from ((section, number) for number, row in rows if not is_good(section, row))
 
@@ -174,7 +175,7 @@ class _Structure:
         shape = (row.instances, row.interrupts_self, row.statuses, row.results - row.params)
         if shape != (request.instances, int(request.interrupts_self), len(request.statuses), len(request.params)):
             return False
-        if [param.type for param in params] != [CODES[type(kind)] for kind in types]:
+        if [param.type for param in params] != [TYPE_CODES[type(kind)] for kind in types]:
             return False
         features = tables.features[row.features : row.features_end]
         orders = tables.orders[row.orders : row.orders_end]
@@ -217,7 +218,7 @@ class _Structure:
         row, tables = self.tables.variables[number], self.tables
         orders = tables.orders[row.orders : row.orders_end]
         sides = all(self._is_side(side, []) for order in orders for side in (order.left, order.right))
-        if row.type != CODES[type(kind)] or not sides or not self._names_requests(row.refresh, row.refresh_end):
+        if row.type != TYPE_CODES[type(kind)] or not sides or not self._names_requests(row.refresh, row.refresh_end):
             return False
         if isinstance(kind, Real):
             return all(0 <= each < len(tables.reals) for each in (row.low, row.high, row.initial, row.fallback))
