@@ -18,6 +18,10 @@ INTERRUPTED = "interrupted"
 """The reason of questions without an answer after the user has pressed Ctrl-C."""
 
 
+NO_MEMORY = "not enough memory"
+"""The reason of questions without an answer where the system gives no more memory."""
+
+
 class TimeUp(Exception):
     """The time limit of a command is reached."""
 

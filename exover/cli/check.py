@@ -18,8 +18,6 @@ from exover.checks.run import CheckOutcome, unanswered
 from exover.checks.schedule.answers import AnswerStore
 from exover.checks.schedule.engines import Engines
 from exover.checks.schedule.plan import CheckPlan
-from exover.checks.schedule.serving import is_memory
-from exover.checks.schedule.workers import NO_MEMORY
 from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_unwritable, shown, write_all, write_one
@@ -34,12 +32,13 @@ from exover.cli.status import CliError, ExitStatus, severest
 from exover.cli.streams import Complaints, ProgressLine, complain, out
 from exover.diagnostics import Severity, quote
 from exover.emit.artefact import Artefact
-from exover.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.limits import INTERRUPTED, NO_MEMORY, Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check
 from exover.places import named_after
+from exover.raised import out_of_memory
 from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import ReportFormat, joined
@@ -218,7 +217,7 @@ def decide(
         except KeyboardInterrupt:
             return None, unanswered(model, plan, INTERRUPTED, interrupted=True)
         except Exception as error:
-            if not is_memory(error):
+            if not out_of_memory(error):
                 raise
             return None, unanswered(model, plan, NO_MEMORY)
         outcome = check(built, progress, plan, limits=limits, audience=progress, store=store)

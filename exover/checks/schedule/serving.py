@@ -16,6 +16,7 @@ from exover.ending import leave_ending_to_parent
 from exover.engines.process import die_with, step_back
 from exover.engines.scratch import files_in
 from exover.loop.claim import Progress
+from exover.raised import out_of_memory
 
 LOOK = 1.0
 """Seconds between two looks of an idle worker whether its parent is still there."""
@@ -103,16 +104,14 @@ def _restrict(memory: int | None) -> None:
 
 
 def is_memory(error: BaseException, limited: bool = False) -> bool:
-    """Return whether an exception means that there is no memory; Z3 has an exception of its own with these words.
+    """Return whether an exception means that there is no memory.
 
     If memory is `limited`, failed imports, failures of the system, threads that do not start and all exceptions of Z3
     count as well, and any exception if no MiB is left.
     """
     of_z3 = type(error).__name__ == "Z3Exception"
     of_system = isinstance(error, ImportError | OSError) or str(error) == NO_THREAD
-    if limited and (of_z3 or of_system or not _is_some_left()):
-        return True
-    return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
+    return (limited and (of_z3 or of_system or not _is_some_left())) or out_of_memory(error)
 
 
 def _is_some_left() -> bool:

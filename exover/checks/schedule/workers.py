@@ -27,7 +27,7 @@ from exover.dataclass import dataclass
 from exover.ending import ENDING
 from exover.engines.process import uninterrupted
 from exover.engines.scratch import Scratch
-from exover.limits import Limits
+from exover.limits import NO_MEMORY, Limits
 from exover.loop.claim import Progress
 
 GRACE = 1.0
@@ -38,7 +38,6 @@ PULSE = 0.5
 """Seconds between two calls of `pulse`, at most."""
 GAVE_UP = "the engine gave up"
 """The reason if a worker ended its turn before the time was over, and left the question without an answer."""
-NO_MEMORY = "not enough memory"
 NO_TURN = Turn(())
 ALONE = Lock()
 """Held by the thread that answers in this process: Z3 is for one thread at a time, and there is one standard output."""
