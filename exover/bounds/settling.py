@@ -21,6 +21,7 @@ from heapq import heapify, heappop, heappush
 from itertools import chain
 
 from exover.bounds.costs import Costs
+from exover.components import strong_components
 from exover.dataclass import dataclass
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, Tables
@@ -232,7 +233,7 @@ class Settling:
                 woken.setdefault(move, []).append(number)
         at = {move: len(actions) + place for place, move in enumerate(woken)}
         following = [[at[move] for move in sorted(action.moves) if move in at] for action in actions]
-        found = components([*following, *woken.values()])[: len(actions)]
+        found = strong_components([*following, *woken.values()])[: len(actions)]
         known = {component: number for number, component in enumerate(sorted(set(found)))}
         return [known[component] for component in found]
 
@@ -250,35 +251,3 @@ def _joined(actions: Sequence[PassAction]) -> StrongComponent:
         min(positions),
         max(positions),
     )
-
-
-def components(following: Sequence[Sequence[int]]) -> list[int]:
-    """Return by node the number of its strongly connected component, smaller than those of components that lead to it.
-
-    Depth-first search (Tarjan 1972) with a stack of its own.
-    """
-    index: dict[int, int] = {}
-    low, component = [0] * len(following), [-1] * len(following)
-    open_nodes: list[int] = []
-    count = 0
-    for root in range(len(following)):
-        path = [(root, iter(following[root]))] if root not in index else []
-        while path:
-            node, rest = path[-1]
-            if node not in index:
-                index[node] = low[node] = len(index)
-                open_nodes.append(node)
-            child = next(rest, None)
-            if child is None:
-                path.pop()
-                if path:
-                    low[path[-1][0]] = min(low[path[-1][0]], low[node])
-                if low[node] == index[node]:
-                    while component[node] < 0:
-                        component[open_nodes.pop()] = count
-                    count += 1
-            elif child not in index:
-                path.append((child, iter(following[child])))
-            elif component[child] < 0:
-                low[node] = min(low[node], index[child])
-    return component

@@ -10,7 +10,7 @@ from functools import cached_property
 from itertools import groupby
 from operator import itemgetter
 
-from exover.bounds.settling import components
+from exover.components import strong_components
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.liveness.k_liveness import Staying
 from exover.engines.aig.liveness.random_lassos import InputLasso, SimulatedCircuit
@@ -156,7 +156,7 @@ class _StateGraph:
     def _fair(self) -> dict[int, list[Edge]]:
         """By state the steps that stay and remain in its component, if the steps there make all signals true."""
         following = [[end for _, end, _ in self.staying_after.get(n, ())] for n in range(len(self.states))]
-        component = components(following)
+        component = strong_components(following)
         within = {
             state: [edge for edge in edges if component[edge[1]] == component[state]]
             for state, edges in self.staying_after.items()
