@@ -121,11 +121,8 @@ class System:
         for name, atom in zip(self.observers, self.asked, strict=True):
             if isinstance(atom, Passed):
                 found[name] = step.marks.get(atom.label, self.terms.false)
-                continue
-            notes = (n for n in step.notes if (n.occurrence, n.request) == (atom.occurrence, atom.request))
-            found[name] = self.terms.either(
-                self.terms.both((note.guard, self._now.concerns(note.request, atom.where, note.args))) for note in notes
-            )
+            else:
+                found[name] = self._now.happened(step.notes, atom)
         return found
 
     def _keep(self) -> None:

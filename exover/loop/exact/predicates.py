@@ -6,10 +6,12 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound
 from exover.loop.exact.layout import Layout, level_name
+from exover.loop.exact.symbolic_state import Note
 from exover.loop.exact.term import Term
 from exover.model.evaluate import OPERATORS
 from exover.model.expression import Compare, Cond, Const, Operator, Phase
 from exover.model.model import Model
+from exover.model.property import Happened
 from exover.model.types import Bool, Type, Value
 
 
@@ -40,6 +42,11 @@ class Predicates(ConditionFormulas[Term]):
     def concerns(self, request: str, where: Cond | None, values: tuple[Term, ...]) -> Term:
         """Return the condition that these arguments of a request satisfy `where`."""
         return self.both(self._where(where, self._bound(request, values), FormulaScope()))
+
+    def happened(self, notes: Iterable[Note], atom: Happened) -> Term:
+        """Return where one of the notes of a step is of an occurrence, with such arguments."""
+        mine = (note for note in notes if (note.occurrence, note.request) == (atom.occurrence, atom.request))
+        return self.either(self.both((note.guard, self.concerns(note.request, atom.where, note.args))) for note in mine)
 
     def held(self, phase: Phase, request: str) -> Iterator[tuple[Term, TypedValues[Term]]]:
         """Yield for each slot (or the waiting place) the condition that it is in this phase, and what it holds."""

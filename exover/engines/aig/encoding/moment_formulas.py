@@ -53,28 +53,25 @@ class MomentFormulas:
         return Predicates(layout), Predicates(layout, once_stopped=True)
 
     def _truth(self, formula: Formula, predicates: tuple[Predicates, Predicates], after: bool) -> Literal:
-
         def happened(atom: Happened | Passed) -> Term:
             if not after:
                 return self.latches.terms.false
-            where = self.mark(atom.label) if isinstance(atom, Passed) else self._happened(atom, predicates[0])
-            return self.latches.terms.bit(where)
+            if isinstance(atom, Passed):
+                return self._passed(atom.label)
+            return predicates[0].happened(self.step.notes, atom)
 
         return lit(moment(*predicates, happened, formula))
 
     def mark(self, label: Label) -> Literal:
         """Return where the step passes a mark."""
-        return lit(self.step.marks.get(label, self.latches.terms.false))
+        return lit(self._passed(label))
+
+    def _passed(self, label: Label) -> Term:
+        return self.step.marks.get(label, self.latches.terms.false)
 
     def notes(self, occurrence: Occurrence, request: str) -> Iterator[Note]:
         """Yield where, and with which arguments, the step does this with a request."""
         return (note for note in self.step.notes if (note.occurrence, note.request) == (occurrence, request))
-
-    def _happened(self, atom: Happened, predicates: Predicates) -> Literal:
-        return self.graph.any(
-            self.graph.conjunction(lit(n.guard), lit(predicates.concerns(n.request, atom.where, n.args)))
-            for n in self.notes(atom.occurrence, atom.request)
-        )
 
     # ---- what is known of states ----
 
