@@ -170,11 +170,7 @@ class Differences:
 
     def _ends(self, version: Version, request: str, slot: int) -> Literal:
         """Return where the event is a report of a slot."""
-        return self.pair.graph.any(
-            lit(event.chosen)
-            for event in version.events
-            if (event.kind.verb, event.kind.name, event.kind.slot) == ("report", request, slot)
-        )
+        return self.pair.graph.any(lit(version.events[number].chosen) for number in version.reports[request, slot])
 
     def _values(self, args: Sequence[Term], mine: Request, new: Request) -> ArgumentTerms:
         """Return arguments in the order of NEW; enum values that NEW has not come after those that it has."""

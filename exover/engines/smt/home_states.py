@@ -103,7 +103,7 @@ class HomeStateProof:
     def _reports(self, slot: tuple[str, int]) -> Iterator[tuple[Move, dict[Term, Term]]]:
         """Yield the reports of a slot, each with resting values as results."""
         for move in self.system.moves:
-            if move.kind.verb == "report" and (move.kind.name, move.kind.slot) == slot:
+            if move.kind.reported == slot:
                 yield move, {each.var: self.layout.resting(each.parameter.type) for each in move.inputs}
 
     def _leaves(self, slot: tuple[str, int]) -> bool:

@@ -6,7 +6,6 @@ rule of Manna and Pnueli 1984 for justice), so the run cannot stay.
 """
 
 from exover.dataclass import dataclass
-from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Prover
 from exover.engines.smt.system import System
 from exover.loop.exact.term import Term
@@ -39,14 +38,10 @@ class JusticeRanking:
             if active not in move.after:
                 continue
             becomes = (move.allowed, self.system.before(self.stays, move), move.after[active])
-            since = terms.true if self.reports(move, key) else terms.negation(var)
+            since = terms.true if move.kind.reported == key else terms.negation(var)
             if self._possible((self.stays, since, *becomes)):
                 return False
         return True
-
-    def reports(self, move: Move, key: tuple[str, int]) -> bool:
-        """Return whether a move is a report of this slot."""
-        return move.kind.verb == "report" and (move.kind.name, move.kind.slot) == key
 
     def _possible(self, terms: tuple[Term, ...]) -> bool:
         return self.prover.satisfiable((*terms, self.system.assumed), self.system.lemmas)

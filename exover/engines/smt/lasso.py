@@ -9,8 +9,8 @@ from typing import Any
 from exover.dataclass import dataclass
 from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.unrolling import Taken, Unrolled
-from exover.loop.exact.events import Kind
 from exover.model.property import Formula
+from exover.model.state import SlotId
 
 LASSOS = range(1, 15)
 """The lengths of the lassos that are searched."""
@@ -91,17 +91,14 @@ class Lassos:
         if not self.fair:
             return []
         found, system = [], self.unrolled.system
-        for (name, number), slot in system.layout.slots.items():
-            if slot.active in system.vars:
-                active = system.vars[slot.active]
+        for slot, names in system.layout.slots.items():
+            if names.active in system.vars:
+                active = system.vars[names.active]
                 idle = [z3.Not(self.unrolled.at(moment, active)) for moment in range(back, depth)]
-                found.append(z3.Or(idle + [self._reported(moment, name, number) for moment in range(back, depth)]))
+                found.append(z3.Or(idle + [self._reported(moment, slot) for moment in range(back, depth)]))
         return found
 
-    def _reported(self, moment: int, name: str, number: int) -> Any:
-        def reports(kind: Kind) -> bool:
-            return kind.verb == "report" and (kind.name, kind.slot) == (name, number)
-
+    def _reported(self, moment: int, slot: SlotId) -> Any:
         moves, relation = self.unrolled.system.moves, self.unrolled.relation
-        chosen = [relation.chosen(k) for k, move in enumerate(moves) if reports(move.kind)]
+        chosen = [relation.chosen(k) for k, move in enumerate(moves) if move.kind.reported == slot]
         return self.unrolled.at(moment, self.unrolled.system.terms.either(chosen))

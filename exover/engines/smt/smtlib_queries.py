@@ -202,9 +202,8 @@ class Asker:
 
     def _fair(self, wanted: bool, back: int) -> Iterator[str]:
         """Yield by slot that it is idle or reported between two moments."""
-        for (request, slot), names in self.system.layout.slots.items() if wanted else ():
-            kinds = [move.kind for move in self.system.moves if move.kind.verb == "report"]
-            reports = [kind for kind in kinds if (kind.name, kind.slot) == (request, slot)]
+        for slot, names in self.system.layout.slots.items() if wanted else ():
+            reports = [move.kind for move in self.system.moves if move.kind.reported == slot]
             idle = [f"(not ({quoted(names.active)} s{moment}))" for moment in range(back, LASSO)]
             ends = [f"(= (kind e{m}) {quoted(str(kind))})" for m in range(back, LASSO) for kind in reports]
             yield f"(or {' '.join([*idle, *ends])})"
@@ -223,7 +222,7 @@ class Asker:
             yield f"; No fair run stays for ever where this is true if the next {len(slots) + 1} answers are all unsat."
         names = [self.system.layout.slots[key].active for key in slots]
         for (request, slot), active in zip(slots, names, strict=True):
-            kinds = [str(m.kind) for m in self.system.moves if lasting.reports(m, (request, slot))]
+            kinds = [str(m.kind) for m in self.system.moves if m.kind.reported == (request, slot)]
             reported = " ".join(f"(= (kind e) {quoted(kind)})" for kind in kinds)
             since = f"(or (not ({quoted(active)} s)) {reported})"
             what = f"{part.name}: can {request}[{slot}] become active, or stay so at a report, while the run stays"

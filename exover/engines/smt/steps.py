@@ -139,7 +139,7 @@ class SymbolicSteps:
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""
-        declared = parameters(self.layout, kind)
+        declared = parameters(self.model, kind)
         vars_ = [self.terms.var(f"{kind.verb} {kind.name}: {p.name}", sort_of(p.type)) for p in declared]
         pairs = zip(vars_, declared, strict=True)
         return tuple(Input(var, p, self.layout.domain(p.type, var)) for var, p in pairs)

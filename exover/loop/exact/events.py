@@ -11,6 +11,7 @@ from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
 from exover.model.event import ENDINGS, Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
 from exover.model.model import Model, Parameter
+from exover.model.state import SlotId
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.tables import NONE
 
@@ -26,6 +27,11 @@ class Kind:
     name: str
     slot: int = 0
     outcome: Ending = "ok"
+
+    @property
+    def reported(self) -> SlotId | None:
+        """The slot that it reports; None if it is no report."""
+        return (self.name, self.slot) if self.verb == "report" else None
 
     def __str__(self) -> str:
         """Return its text for readers."""
@@ -55,25 +61,26 @@ def kinds(model: Model, may_wait: Sequence[bool]) -> Iterator[Kind]:
     yield from (Kind("observe level", each.name) for each in model.resources if each.consumable)
 
 
-def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
+def parameters(model: Model, kind: Kind) -> tuple[Parameter, ...]:
     """Return the parameters of the values that an event of this kind brings."""
     match kind.verb:
         case "ask":
-            return layout.model.request[kind.name].params
+            return model.request[kind.name].params
         case "report" if kind.outcome == "ok":
-            return layout.model.request[kind.name].results
+            return model.request[kind.name].results
         case "observe":
-            return (Parameter("value", layout.model.variable[kind.name].type),)
+            return (Parameter("value", model.variable[kind.name].type),)
         case "observe level":
-            return (Parameter("value", layout.types[level_name(kind.name)]),)
+            return (Parameter("value", Int(0, model.resource[kind.name].capacity)),)
         case _:
             return ()
 
 
 def update(actions: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
     """Do the update of an event of this kind, and return the condition under which the event can happen."""
-    change, possible = _change(actions, kind, values), _possible(actions, kind)
-    change(frame, actions.terms.true)
+    flag = enabling(actions.layout, kind)
+    possible = actions.terms.true if flag is None else actions.layout.vars[flag]
+    _change(actions, kind, values)(frame, actions.terms.true)
     return possible
 
 
@@ -96,16 +103,15 @@ def _change(actions: TableActions, kind: Kind, values: tuple[Term, ...]) -> Chan
             return actions.sequence(actions.assigned_term(name, values[0]), actions.latched(NONE))
 
 
-def _possible(actions: TableActions, kind: Kind) -> Term:
-    """Return the condition under which an event of this kind can happen."""
-    layout = actions.layout
+def enabling(layout: Layout, kind: Kind) -> str | None:
+    """Return the flag that is true where an event of this kind can happen, None if it always can."""
     match kind.verb:
         case "report" | "abort":
-            return layout.vars[layout.slots[kind.name, kind.slot].active]
+            return layout.slots[kind.name, kind.slot].active
         case "abort waiting":
-            return layout.vars[layout.places[kind.name].taken]
+            return layout.places[kind.name].taken
         case _:
-            return actions.terms.true
+            return None
 
 
 def parts(actions: TableActions) -> Iterator[Part]:

@@ -11,7 +11,7 @@ from exover.loop.exact.events import Kind, kinds, parameters
 from exover.loop.exact.term import Term
 from exover.loop.step_semantics import may_wait
 from exover.model.model import Parameter
-from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.types import Bool, Enum, Type, Value
 from exover.model.versions import Versions, meet
 from exover.ocrd.compile import Compiled
 
@@ -74,7 +74,7 @@ class Stimuli:
         """Return the values that come with an event, as a version takes them."""
         kind = self.events[event].kinds[side]
         assert kind is not None
-        mine = parameters(latches, kind)
+        mine = parameters(latches.model, kind)
         taken = self.events[event].broken
         if taken is not None:
             value = taken[side]
@@ -88,28 +88,12 @@ class Stimuli:
 
     def _parameters(self, event: int, kind: Kind, latches: Latches) -> Iterator[Parameter]:
         """Yield the values that come with an event, with the types that both versions take."""
-        others = {p.name: p.type for p in self._others(event)}
-        for parameter in parameters(latches, kind):
+        new = self.events[event].kinds[NEW]
+        others = {p.name: p.type for p in (parameters(self.versions.new, new) if new else ())}
+        for parameter in parameters(latches.model, kind):
             common = meet(parameter.type, others[parameter.name]) if others else parameter.type
             assert common is not None, "versions whose types clash are not compared"
             yield replace(parameter, type=common)
-
-    def _others(self, event: int) -> tuple[Parameter, ...]:
-        """Return the values of an event as NEW knows them, if it does."""
-        kind, model = self.events[event].kinds[NEW], self.versions.new
-        if kind is None:
-            return ()
-        match kind.verb:
-            case "ask":
-                return model.request[kind.name].params
-            case "report" if kind.outcome == "ok":
-                return model.request[kind.name].results
-            case "observe":
-                return (Parameter("value", model.variable[kind.name].type),)
-            case "observe level":
-                return (Parameter("value", Int(0, model.resource[kind.name].capacity)),)
-            case _:
-                return ()
 
     def _converted(self, given: Given, kind: Type) -> Word:
         """Return a value as one of a version's type; the ordinal of an enum is converted if the enums differ."""

@@ -17,11 +17,12 @@ from exover.engines.aig.encoding.moment_formulas import MomentFormulas
 from exover.engines.aig.encoding.range_allocation import allocate_ranges
 from exover.engines.aig.encoding.state import Given, Latches, Reembedding
 from exover.loop.exact.actions import Observer, TableActions, fallen, tried
-from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
+from exover.loop.exact.events import Kind, Part, enabling, kinds, parameters, parts, update
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term
 from exover.model.property import Conjunction, Formula, Properties
+from exover.model.state import SlotId
 from exover.ocrd.compile import Compiled
 
 PASSES = range(2, 13)
@@ -113,7 +114,7 @@ class Encoding:
         self.code = tuple(bit >> 1 for bit in code)
         pool: list[Literal] = []
         for kind, here in zip(found, self.graph.decoded(code, len(found)), strict=True):
-            yield kind, here, tuple(self.latches.values_given(kind, parameters(self.latches, kind), pool))
+            yield kind, here, tuple(self.latches.values_given(kind, parameters(self.compiled.model, kind), pool))
 
     def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
         """Return a value within the range of a variable; add to `_outside` where it lies outside."""
@@ -191,12 +192,17 @@ class Encoding:
 
     def enabling(self, number: int) -> Literal | None:
         """Return the latch that is true where the event of a number can happen, None if it always can."""
-        kind = self.events[number].kind
-        if kind.verb in ("report", "abort"):
-            return self.latches.literals[self.latches.slots[kind.name, kind.slot].active][0]
-        if kind.verb == "abort waiting":
-            return self.latches.literals[self.latches.places[kind.name].taken][0]
-        return None
+        flag = enabling(self.latches, self.events[number].kind)
+        return None if flag is None else self.latches.literals[flag][0]
+
+    @cached_property
+    def reports(self) -> dict[SlotId, list[int]]:
+        """By slot the numbers of the events that report it."""
+        found: dict[SlotId, list[int]] = {slot: [] for slot in self.latches.slots}
+        for number, event in enumerate(self.events):
+            if event.kind.reported:
+                found[event.kind.reported].append(number)
+        return found
 
     # ---- the next state ----
 

@@ -81,7 +81,7 @@ class PairConcretizer:
             taken = event.broken[side]
             assert taken is not None
             return Observe(kind.name, taken, broken=True)
-        return event_of(kind, tuple(values[p.name] for p in parameters(self.pair.sides[side].latches, kind)))
+        return event_of(kind, tuple(values[p.name] for p in parameters(self.pair.sides[side].compiled.model, kind)))
 
     def _values(
         self, event: CommonEvent, given: tuple[Given, ...], lane: LaneValues, states: tuple[State, State]

@@ -25,15 +25,6 @@ class RandomEvents:
         return found
 
     @cached_property
-    def _reports(self) -> dict[tuple[str, int], list[int]]:
-        """By slot the numbers of the reports of it."""
-        found: dict[tuple[str, int], list[int]] = {}
-        for number in self._numbers.get("report", ()):
-            kind = self.encoding.events[number].kind
-            found.setdefault((kind.name, kind.slot), []).append(number)
-        return found
-
-    @cached_property
     def _given(self) -> tuple[int, ...]:
         """The nodes of all inputs but the number of the event and the shifts of reals."""
         others = {*self.encoding.code, *self.encoding.shifts}
@@ -50,7 +41,7 @@ class RandomEvents:
         source = self.source
         choices = [self.move() for _ in range(source.randint(1, moves))]
         found = [source.choice(choices) for _ in range(moves)]
-        for reports in self._reports.values():
+        for reports in self.encoding.reports.values():
             found.insert(source.randint(0, len(found)), source.choice(reports))
         return found
 

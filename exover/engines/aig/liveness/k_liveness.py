@@ -4,14 +4,12 @@ If for some `k` no run comes to the end of its k-th round, no infinite run stays
 A run that leaves the part where it must stay, and comes back, begins anew.
 """
 
-from collections.abc import Iterable
 from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import Literal
 from exover.engines.aig.circuit.words import lit
 from exover.engines.aig.encoding.encoder import Encoding
-from exover.model.state import SlotId
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,25 +70,11 @@ class KLiveness:
         return graph.all((self.end, *self._done[: count - 1]))
 
 
-def reports(encoding: Encoding, slots: Iterable[SlotId]) -> tuple[Literal, ...]:
+def fair_reports(encoding: Encoding) -> tuple[Literal, ...]:
     """Return for each slot a literal over a step: it leaves the slot idle, or reports it."""
-    found, numbers = [], reporting(encoding)
-    for name, number in slots:
-        flag = encoding.after[encoding.latches.slots[name, number].active]
-        here = [lit(encoding.events[each].chosen) for each in numbers[name, number]]
-        found.append(encoding.graph.any((lit(flag) ^ 1, *here)))
+    found = []
+    for slot, numbers in encoding.reports.items():
+        active = encoding.after[encoding.latches.slots[slot].active]
+        here = [lit(encoding.events[each].chosen) for each in numbers]
+        found.append(encoding.graph.any((lit(active) ^ 1, *here)))
     return tuple(found)
-
-
-def reporting(encoding: Encoding) -> dict[SlotId, list[int]]:
-    """Return by slot the numbers of the events that report it."""
-    found: dict[SlotId, list[int]] = {slot: [] for slot in slots_of(encoding)}
-    for number, event in enumerate(encoding.events):
-        if event.kind.verb == "report":
-            found[event.kind.name, event.kind.slot].append(number)
-    return found
-
-
-def slots_of(encoding: Encoding) -> tuple[SlotId, ...]:
-    """Return all slots."""
-    return tuple(encoding.latches.slots)

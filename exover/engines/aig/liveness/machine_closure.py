@@ -12,7 +12,6 @@ from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.circuit.solver import Solver
 from exover.engines.aig.circuit.symbolic_simulation import substituted
 from exover.engines.aig.encoding.encoder import Encoding
-from exover.engines.aig.liveness.k_liveness import reporting
 from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.exploration import Exploration, Seed
 from exover.engines.aig.ways.home_states import inputs_of
@@ -47,7 +46,7 @@ def unreported(encoding: Encoding, excluded: Excludes) -> list[SlotId]:
     If there are none, every run that can go on can do so fairly: slots can be reported in turn. It is first asked
     whether the first report is always allowed, a smaller question than whether any of them is.
     """
-    latches, numbers = encoding.latches, reporting(encoding)
+    latches, numbers = encoding.latches, encoding.reports
     left = _open(
         encoding,
         {

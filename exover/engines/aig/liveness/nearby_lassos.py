@@ -44,10 +44,8 @@ def _steps(machine: SimulatedCircuit, lasso: InputLasso) -> Inputs:
     encoding, found = machine.encoding, dict.fromkeys(lasso.steps)
     kinds = [encoding.chosen(step).kind for step in found]
     asked = {kind.name for kind in kinds if kind.verb == "ask"}
-    for number, event in enumerate(encoding.events):
-        if event.kind.verb == "report" and event.kind.name in asked:
-            found.setdefault(inputs_of(encoding, number))
-    return tuple(found)
+    reports = [number for (name, _), numbers in encoding.reports.items() if name in asked for number in numbers]
+    return tuple(dict.fromkeys((*found, *(inputs_of(encoding, number) for number in reports))))
 
 
 class _StateGraph:

@@ -10,7 +10,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import FALSE, TRUE, Literal
 from exover.engines.aig.encoding.encoder import Encoding
-from exover.engines.aig.liveness.k_liveness import Staying, reports, slots_of
+from exover.engines.aig.liveness.k_liveness import Staying, fair_reports
 from exover.loop.formula_classes import Lingering, lingering_of
 from exover.model.property import TRUE as ALWAYS
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
@@ -18,7 +18,7 @@ from exover.model.property import Conjunction, Disjunction, Formula, Negation, N
 
 def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
     """Return the monitor of a formula of LTL; if `fair`, its signals include that each slot is idle or reported."""
-    signals = reports(encoding, slots_of(encoding)) if fair else ()
+    signals = fair_reports(encoding) if fair else ()
     formula = plain(path)
     match formula:
         case Until(left, goal) if left == ALWAYS and momentary(goal):

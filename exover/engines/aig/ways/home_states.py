@@ -101,13 +101,10 @@ class HomeSpace:
         return {level_name(name): event for name, event in rereadings(self.encoding, self._like, LEVELS)}
 
     def slots(self) -> Iterator[Reports]:
-        """Yield the reports of every slot that has some."""
-        layout, found = self.encoding.latches, dict[tuple[str, int], list[StepInputs]]()
-        for kind, event in enumerate(self.encoding.events):
-            if event.kind.verb == "report":
-                found.setdefault((event.kind.name, event.kind.slot), []).append(inputs_of(self.encoding, kind))
-        for (request, slot), events in found.items():
-            yield Reports(request, layout.slots[request, slot].active, tuple(events))
+        """Yield the reports of every slot."""
+        for slot, numbers in self.encoding.reports.items():
+            events = tuple(inputs_of(self.encoding, number) for number in numbers)
+            yield Reports(slot[0], self.encoding.latches.slots[slot].active, events)
 
     @cached_property
     def run(self) -> Inputs:

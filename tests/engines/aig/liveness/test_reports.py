@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
-from exover.engines.aig.liveness.k_liveness import reports, slots_of
+from exover.engines.aig.liveness.k_liveness import fair_reports
 from exover.model.property import NO_PROPERTIES
 from tests.support.engines import model_of
 from tests.support.small import compiled
@@ -23,5 +23,5 @@ def test_the_events_are_gone_through_once() -> None:
     requests = " ".join(f"request r{n}(){' instances 2' if n == 3 else ''};" for n in range(9))
     encoding = Encoding(compiled(model_of(f"spec s; module m {{ {requests} }}")), NO_PROPERTIES)
     encoding.events = counted = Counted(encoding.events)
-    assert len(reports(encoding, slots_of(encoding))) == 10
+    assert len(fair_reports(encoding)) == 10
     assert counted.passes == 1
