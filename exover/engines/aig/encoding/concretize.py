@@ -1,6 +1,6 @@
 """From runs of the graph to concrete ones: events with real arguments, followed on the reference interpreter."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 
@@ -12,7 +12,8 @@ from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
 from exover.engines.aig.encoding.range_allocation import Family
 from exover.engines.aig.encoding.state import Given, number
 from exover.engines.aig.simulation.evaluation import ConeValues, Evaluator, whole_evaluator
-from exover.engines.aig.simulation.lanes import initial, side_by_side
+from exover.engines.aig.simulation.lanes import initial
+from exover.engines.aig.simulation.replay import replay
 from exover.loop.exact.events import Kind, event_of, value_of
 from exover.loop.exact.term import Term
 from exover.model.event import Event
@@ -20,6 +21,9 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Disagreement, Moment, Trace
 from exover.model.types import Value, plain
+
+Anchor = tuple[int, float]
+"""The position of a real, and its concrete value."""
 
 
 class Spurious(Exception):
@@ -87,13 +91,11 @@ class Concretizer:
         """Return runs that were followed to their ends. Raises `Disagreement`."""
         words = initial(self._circuit.latches, (1 << len(runs)) - 1)
         following = [_Run([self.reference.start()]) for _ in runs]
-        for step in range(max(map(len, runs), default=0)):
-            there, inputs = side_by_side(runs, step)
-            values = self._cone.values(words, inputs)
-            words = self._cone.after(values, there)
+        for step, (_, values, after) in enumerate(replay(self._cone, words, runs)):
             for lane, run in enumerate(runs):
                 if step < len(run):
                     self._follow(following[lane], run[step], LaneValues(self._cone, values, lane))
+            words = after
         for lane, followed in enumerate(following):
             if followed.spurious is None:
                 self._compare(words, lane, followed)
@@ -120,20 +122,13 @@ class Concretizer:
     # ---- values ----
 
     def _arguments(self, event: EncodedEvent, lane: LaneValues, state: State) -> tuple[Value, ...]:
-        found: list[Value] = []
-        fresh: list[tuple[Family, int, float]] = []
-        for given in event.given:
-            position = lane.number(given.term)
-            grid = given.span.grid
-            if grid is None:
-                found.append(value_of(given.parameter.type, position))
-                continue
-            group = self.encoding.latches.grids.first(family_of(event.kind, given))
-            fixed = list(anchors(self.encoding, state, lane, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
-            real = real_at(grid, position, fixed)
-            fresh.append((group, position, real))
-            found.append(real)
-        return tuple(found)
+        def compared(given: Given) -> Family:
+            return self.encoding.latches.grids.first(family_of(event.kind, given))
+
+        def held(given: Given) -> Iterator[Anchor]:
+            return anchors(self.encoding, state, lane, event.kind, given)
+
+        return values_given(event.given, lane, compared, held)
 
     def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
         latches = self.encoding.latches
@@ -163,22 +158,43 @@ def family_of(kind: Kind, given: Given) -> Family:
     return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
 
 
-def anchors(
-    encoding: Encoding, state: State, lane: LaneValues, grid: Grid, group: Family
-) -> Iterator[tuple[int, float]]:
-    """Yield the positions and values of the reals that are held and compared with those of a group.
+def values_given(
+    given: Sequence[Given],
+    lane: LaneValues,
+    compared: Callable[[Given], Family],
+    held: Callable[[Given], Iterable[Anchor]],
+) -> tuple[Value, ...]:
+    """Return concrete values that come with an event; raises `Spurious`.
 
-    `grid`: theirs; `group`: the first of the families that are compared with each other.
+    `compared`: returns the first of the families that one is compared with; `held`: the reals of the state that it is
+    compared with.
     """
-    if grid.places:
+    found: list[Value] = []
+    fresh: dict[Family, list[Anchor]] = {}
+    for each in given:
+        position, grid = lane.number(each.term), each.span.grid
+        if grid is None:
+            found.append(value_of(each.parameter.type, position))
+            continue
+        together = fresh.setdefault(compared(each), [])
+        real = real_at(grid, position, [*held(each), *together])
+        together.append((position, real))
+        found.append(real)
+    return tuple(found)
+
+
+def anchors(encoding: Encoding, state: State, lane: LaneValues, kind: Kind, given: Given) -> Iterator[Anchor]:
+    """Yield the reals that are held and compared with one that comes with an event of a kind."""
+    if given.span.grid is not None and given.span.grid.places:
         layout, moved = encoding.latches, encoding.reembedded
+        group = layout.grids.first(family_of(kind, given))
         for name, held in layout.counted(state):
             if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
                 assert isinstance(held, float)
                 yield lane.number(moved[name]), held
 
 
-def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
+def real_at(grid: Grid, position: int, fixed: Sequence[Anchor]) -> float:
     """Return a double that compares with constants and fixed reals as its position does; raises `Spurious`."""
     cell = position >> grid.places
     if cell & 1:

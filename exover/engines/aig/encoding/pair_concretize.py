@@ -2,18 +2,21 @@
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import chain
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.circuit.graph import Circuit, Literal
-from exover.engines.aig.circuit.words import Grid, as_word
-from exover.engines.aig.encoding.common_events import CommonEvent
-from exover.engines.aig.encoding.concretize import LaneValues, anchors, family_of, real_at
+from exover.engines.aig.circuit.words import as_word
+from exover.engines.aig.encoding.common_events import NEW, OLD, CommonEvent
+from exover.engines.aig.encoding.concretize import Anchor, LaneValues, anchors, family_of, values_given
+from exover.engines.aig.encoding.range_allocation import Family
 from exover.engines.aig.encoding.state import Given
 from exover.engines.aig.encoding.versions import VersionPair
 from exover.engines.aig.simulation.evaluation import Evaluator, whole_evaluator
 from exover.engines.aig.simulation.lanes import initial
-from exover.loop.exact.events import event_of, parameters, value_of
+from exover.engines.aig.simulation.replay import replay
+from exover.loop.exact.events import event_of, parameters
 from exover.model.event import Event, Observe
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -50,11 +53,9 @@ class PairConcretizer:
     def events(self, run: Inputs) -> tuple[Both, ...]:
         """Return the events of a run by step, without steps in which nothing happens; raises `Spurious`."""
         cone = self._cone
-        words = initial(self._circuit.latches, 1)
         states = [reference.start() for reference in self._references]
         found: list[Both] = []
-        for inputs in run:
-            values = cone.values(words, dict.fromkeys(inputs, 1))
+        for _, values, _ in replay(cone, initial(self._circuit.latches, 1), [run]):
             lane = LaneValues(cone, values, 0)
             if lane.true(self.pair.legal):
                 both = self._event(lane, (states[0], states[1]))
@@ -62,15 +63,16 @@ class PairConcretizer:
                 for side, event in enumerate(both):
                     if event is not None:
                         states[side], _ = self._references[side].step(states[side], event)
-            words = cone.after(values, 1)
         return tuple(found)
 
     def _event(self, lane: LaneValues, states: tuple[State, State]) -> Both:
         stimuli = self.pair.stimuli
         number = next(n for n, here in enumerate(stimuli.here) if lane.true(here))
         event = stimuli.events[number]
-        values = self._values(event, stimuli.given.get(number, ()), lane, states)
-        old, new = (self._of_version(side, event, values) for side in (0, 1))
+        given = stimuli.given.get(number, ())
+        values = self._values(event, given, lane, states)
+        named = {each.parameter.name: value for each, value in zip(given, values, strict=True)}
+        old, new = (self._of_version(side, event, named) for side in (OLD, NEW))
         return old, new
 
     def _of_version(self, side: int, event: CommonEvent, values: dict[str, Value]) -> Event | None:
@@ -85,23 +87,16 @@ class PairConcretizer:
 
     def _values(
         self, event: CommonEvent, given: tuple[Given, ...], lane: LaneValues, states: tuple[State, State]
-    ) -> dict[str, Value]:
-        found: dict[str, Value] = {}
-        fresh: list[tuple[int, float]] = []
-        for each in given:
-            position, grid = lane.number(each.term), each.span.grid
-            if grid is None:
-                found[each.parameter.name] = value_of(each.parameter.type, position)
-                continue
-            fixed = [*self._anchors(event, each, lane, states, grid), *fresh]
-            found[each.parameter.name] = real = real_at(grid, position, fixed)
-            fresh += [(position, real)] if grid.places else []
-        return found
+    ) -> tuple[Value, ...]:
+        """Return the values that come with an event; reals compare with those that either version holds."""
+        sides = zip(self.pair.sides, states, event.kinds, strict=True)
+        knowing = [(side, state, kind) for side, state, kind in sides if kind is not None]
 
-    def _anchors(
-        self, event: CommonEvent, given: Given, lane: LaneValues, states: tuple[State, State], grid: Grid
-    ) -> Iterator[tuple[int, float]]:
-        """Yield positions and values of the reals that either version holds and compares with a value of an event."""
-        for side, state, kind in zip(self.pair.sides, states, event.kinds, strict=True):
-            if kind is not None:
-                yield from anchors(side, state, lane, grid, side.latches.grids.first(family_of(kind, given)))
+        def compared(each: Given) -> Family:  # both compare the same reals with each other
+            side, _, kind = knowing[0]
+            return side.latches.grids.first(family_of(kind, each))
+
+        def held(each: Given) -> Iterator[Anchor]:
+            return chain.from_iterable(anchors(side, state, lane, kind, each) for side, state, kind in knowing)
+
+        return values_given(given, lane, compared, held)

@@ -7,7 +7,7 @@ from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.encoding.random_events import RandomEvents
 from exover.engines.aig.liveness.random_lassos import LaneWords, SimulatedCircuit
 from exover.engines.aig.simulation.exploration import Seed
-from exover.engines.aig.simulation.lanes import PackedState, at_lane, initial, packed, side_by_side
+from exover.engines.aig.simulation.lanes import PackedState, at_lane, initial, numbers, packed, side_by_side
 
 ONWARD = 32
 """How many random steps follow the longest of the runs."""
@@ -45,7 +45,7 @@ class LassoSeeds:
             here = self.state.get(each.begun >> 1, 0)
             found = self.found.setdefault(index, []) if here else []
             if here and (len(found) < SEEDS or self.source.random() < LATER):
-                lane = self.source.choice([lane for lane in range(len(self.runs)) if here >> lane & 1])
+                lane = self.source.choice(list(numbers(here)))
                 if len(found) == SEEDS:
                     del found[self.source.randint(SEEDS // 2, SEEDS - 1)]
                 found.append(Seed(at_lane(self.state, lane), self._path(lane)))

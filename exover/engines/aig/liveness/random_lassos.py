@@ -28,6 +28,7 @@ from exover.engines.aig.simulation.lanes import (
     numbers,
     packed,
 )
+from exover.engines.aig.simulation.replay import replay
 from exover.model.lasso import Lasso
 
 MOVES = 6
@@ -78,12 +79,8 @@ class SimulatedCircuit:
         return self.encoding.chosen(step).kind.name
 
     def states(self, run: Inputs) -> Iterator[LaneState]:
-        """Yield the states after the steps of a run."""
-        state = initial(self.latches, 1)
-        for step in run:
-            values = self.cone.values(state, dict.fromkeys(step, 1))
-            state = self.cone.after(values, 1)
-            yield state
+        """Return the states after the steps of a run."""
+        return (state for _, _, state in replay(self.cone, initial(self.latches, 1), [run]))
 
     def returned(self, index: int, run: Inputs, keep: int) -> InputLasso:
         """Return the lasso of a run: its loop begins with the first step that has the input `keep` while the run stays.
@@ -94,13 +91,12 @@ class SimulatedCircuit:
         kept: list[frozenset[int]] = []
         first: int | None = None
         state = initial(self.latches, 1)
-        for step in run[:-1]:
-            values = self.cone.values(state, dict.fromkeys(step, 1))
+        for step, (_, values, after) in zip(run, replay(self.cone, state, [run[:-1]]), strict=False):
             if self.cone.read(values, self.encoding.legal, 1):
                 if first is None and keep in step and state[begun]:
                     first = len(kept)
                 kept.append(step)
-            state = self.cone.after(values, 1)
+            state = after
         assert first is not None, "no state of the run is kept"
         return InputLasso(tuple(kept[:first]), tuple(kept[first:]))
 

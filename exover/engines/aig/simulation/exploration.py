@@ -17,7 +17,8 @@ from exover.engines.aig.circuit.answer import Inputs, Reachable
 from exover.engines.aig.circuit.graph import Circuit, LatchNode
 from exover.engines.aig.simulation.coverage import CoverageGoals, ModeCoverage, PairCoverage, value_pairs
 from exover.engines.aig.simulation.evaluation import ConeValues, Evaluator, evaluator
-from exover.engines.aig.simulation.lanes import LaneState, LaneWord, at_lane, initial, lowest, packed, side_by_side
+from exover.engines.aig.simulation.lanes import LaneState, LaneWord, at_lane, initial, lowest, packed
+from exover.engines.aig.simulation.replay import replay
 from exover.engines.aig.simulation.runs import Stimulus
 
 LANES = 1024
@@ -131,12 +132,10 @@ class Exploration:
     def follow(self, runs: Sequence[Inputs]) -> dict[int, Reachable]:
         """Follow known runs side by side, keep their ends as seeds, and return all runs found so far, by index."""
         state = initial(self._latches, (1 << len(runs)) - 1)
-        for step in range(max(map(len, runs), default=0)):
-            going, inputs = side_by_side(runs, step)
-            values = self._cone.values(state, inputs)
+        for length, (going, values, after) in enumerate(replay(self._cone, state, runs), 1):
             for index, seen in self._seen(values, going):
-                self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
-            state = self._cone.after(values, going)
+                self.found[index] = Reachable(runs[lowest(seen)][:length])
+            state = after
         self._kept += [_Kept(state, lane, runs) for lane in range(len(runs))]
         return dict(self.found)
 

@@ -6,7 +6,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.circuit.graph import LatchNode, Literal
-from exover.engines.aig.simulation.lanes import LaneWord
+from exover.engines.aig.simulation.lanes import LaneWord, lowest
 from exover.engines.aig.simulation.runs import Runs
 
 Cube = tuple[Literal, ...]
@@ -50,7 +50,7 @@ class Reached:
 
     def path(self, states: LaneWord) -> Inputs:
         """Return a run to one of these states; there must be at least one."""
-        first = (states & -states).bit_length() - 1
+        first = lowest(states)
         place, runs = next((place, runs) for place, runs in reversed(self.runs) if place <= first)
         step, lane = divmod(first - place, runs.lanes)
         return runs.run(step - 1, lane) if step else ()

@@ -6,7 +6,8 @@ from typing import TypeVar
 from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.circuit.graph import Circuit
 from exover.engines.aig.simulation.evaluation import Evaluator, evaluator
-from exover.engines.aig.simulation.lanes import LaneWord, differing, initial, lowest, side_by_side
+from exover.engines.aig.simulation.lanes import LaneWord, differing, initial, numbers
+from exover.engines.aig.simulation.replay import replay
 from exover.model.lasso import moves
 
 T = TypeVar("T")
@@ -69,10 +70,7 @@ class _Shortening:
         state = initial(self.latches, everywhere)
         kept: dict[int, list[frozenset[int]]] = {index: [] for index in self.runs}
         done: dict[int, Inputs] = {}
-        for step in range(max(map(len, self.runs.values()), default=0)):
-            _, words = side_by_side(tuple(self.runs.values()), step)
-            values = self.cone.values(state, words)
-            after = self.cone.after(values, everywhere)
+        for step, (_, values, after) in enumerate(replay(self.cone, state, tuple(self.runs.values()))):
             changed = differing(after, state)
             for lane, (index, run) in enumerate(self.runs.items()):
                 if index not in done and step < len(run):
@@ -107,7 +105,7 @@ class _Shortening:
                     mine = (1 << len(run) - size + 1) - 1 << first[index]
                     seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine
                     if seen:
-                        places = [at for at in range(len(run) - size + 1) if seen >> first[index] + at & 1]
+                        places = list(numbers(seen >> first[index]))
                         at = places[0]
                         shorter[index] = (run[:at] + run[at + size :])[: step + 1], places
             if len(shorter) == len(sizes):
@@ -149,17 +147,11 @@ class _Shortening:
         lanes: dict[int, LaneWord] = {}
         for lane, (index, _) in enumerate(tried):
             lanes[index] = lanes.get(index, 0) | 1 << lane
-        state = initial(self.latches, everywhere)
-        for step in range(max(map(len, runs), default=0)):
-            there, words = side_by_side(runs, step)
-            values = self.cone.values(state, words)
+        steps = replay(self.cone, initial(self.latches, everywhere), runs)
+        for length, (going, values, _) in enumerate(steps, 1):
             for index, mine in lanes.items():
-                seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine & there
-                while seen:
-                    lane = lowest(seen)
-                    seen &= seen - 1
-                    found[lane] = found[lane] or runs[lane][: step + 1]
-            state = self.cone.after(values, everywhere)
+                for lane in numbers(self.cone.read(values, self.circuit.bad[index], mine & going)):
+                    found[lane] = found[lane] or runs[lane][:length]
         return found
 
     def _words(

@@ -17,7 +17,8 @@ from exover.engines.aig.simulation import exploration
 from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.evaluation import Evaluator
 from exover.engines.aig.simulation.exploration import Seed, seed_at, state_of, thinned
-from exover.engines.aig.simulation.lanes import LaneState, at_lane, side_by_side
+from exover.engines.aig.simulation.lanes import at_lane
+from exover.engines.aig.simulation.replay import replay
 from exover.engines.aig.simulation.runs import Stimulus
 from exover.engines.aig.simulation.stimulus import RandomStimulus
 
@@ -66,14 +67,13 @@ class Beginnings:
     def passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
         """Return up to `most` of the states on runs from the start, those of early steps first."""
         found = [self.start]
-        state = state_of(self.circuit.latches, [self.start] * len(runs))
-        for step in range(max(map(len, runs), default=0)):
-            state = self._after(state, runs, step)
+        begun = state_of(self.circuit.latches, [self.start] * len(runs))
+        for length, (_, _, state) in enumerate(replay(self.cone, begun, runs), 1):
             for lane, run in enumerate(runs):
                 if len(found) == most:
                     return found
-                if step < len(run):
-                    found.append(Seed(at_lane(state, lane), run[: step + 1]))
+                if length <= len(run):
+                    found.append(Seed(at_lane(state, lane), run[:length]))
         return found
 
     def of_new_modes(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
@@ -90,8 +90,8 @@ class Beginnings:
     def led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs lead, one from each seed."""
         state = state_of(self.circuit.latches, seeds)
-        for step in range(max(map(len, runs), default=0)):
-            state = self._after(state, runs, step)
+        for _, _, after in replay(self.cone, state, runs):
+            state = after
         whole = [(*seed.run, *run) for seed, run in zip(seeds, runs, strict=True)]
         return [seed_at(state, lane, whole) for lane in range(len(whole))]
 
@@ -115,11 +115,6 @@ class Beginnings:
             state = self.cone.after(self.cone.values(state, taken[-1]), (1 << LANES) - 1)
         runs = [seed.run for seed in begun]
         return self.of(seed_at(state, lane, runs, taken) for lane in range(LANES))
-
-    def _after(self, state: LaneState, runs: Sequence[Inputs], step: int) -> LaneState:
-        """Return the states after a step of runs side by side; where a run has ended it stays."""
-        going, inputs = side_by_side(runs, step)
-        return self.cone.after(self.cone.values(state, inputs), going)
 
 
 def _once(seeds: Iterable[Seed]) -> Iterable[Seed]:
