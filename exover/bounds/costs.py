@@ -171,11 +171,6 @@ class Costs:
             found.moves |= self.kill(target).moves
         return found
 
-    def codes(self, root: int) -> set[int]:
-        """Return the codes of the actions in a diagram."""
-        nodes = self.tables.nodes
-        return {-nodes[index].code for index in self.tables.below(root) if nodes[index].code < 0}
-
     def killed(self, root: int) -> dict[int, set[int]]:
         """Return by request the slots, counted among all, that the diagram may kill."""
         found: dict[int, set[int]] = {}

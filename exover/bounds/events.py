@@ -104,4 +104,4 @@ class _Bounding:
     @cached_property
     def violations(self) -> int:
         """How many violations one answer can have: the reasons of rules that may raise one."""
-        return len({rule.reason for rule in self.tables.rules if t.VIOLATION in self.cost.codes(rule.root)})
+        return len({rule.reason for rule in self.tables.rules if t.VIOLATION in self.tables.actions(rule.root)})

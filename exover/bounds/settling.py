@@ -121,8 +121,7 @@ class Settling:
     @cached_property
     def waiting(self) -> list[int]:
         """The requests that may come to wait."""
-        rows = enumerate(self.tables.requests)
-        return [r for r, row in rows if self.cost.codes(row.decide) & {t.WAIT, t.CLEAR, t.SETTLE}]
+        return [request for request, may_wait in enumerate(self.tables.may_wait()) if may_wait]
 
     def taken(self, request: int) -> int:
         """Return how often a waiting place can be left in a step: once, and once more for each launch rule of it."""
@@ -141,9 +140,10 @@ class Settling:
     def _actions(self) -> list[PassAction]:
         """All actions in the order of a pass."""
         rules, launches = self.tables.rules, self.tables.launches
-        found = [self._kills(n, rule.root) for n, rule in enumerate(rules) if t.KILL in self.cost.codes(rule.root)]
+        found = [self._kills(n, rule.root) for n, rule in enumerate(rules) if t.KILL in self.tables.actions(rule.root)]
         found += [self._launch(n, launch) for n, launch in enumerate(launches, len(rules))]
-        return [*found, *(action for request in self.waiting for action in self._place(request))]
+        falls = self.tables.may_fall()
+        return [*found, *(action for request in self.waiting for action in self._place(request, falls[request]))]
 
     def _kills(self, position: int, root: int, spontaneous: bool = False) -> PassAction:
         """Return the action of the kills of a diagram; a slot that starts to run wakes it too."""
@@ -161,11 +161,10 @@ class Settling:
         woken_by, moves = self._moves_to(launch.condition, {t.AGREE}), frozenset(doing.moves)
         return PassAction(position, 1, woken_by, moves, answers, tests, doing.slots, doing.places, spontaneous=True)
 
-    def _place(self, request: int) -> Iterator[PassAction]:
-        """Yield the actions on a waiting place: to empty it, to turn it between its phases, to kill for it."""
+    def _place(self, request: int, turns: bool) -> Iterator[PassAction]:
+        """Yield the actions on a waiting place: to empty it, to turn it between its phases if it `turns`, to kill."""
         cost, decide, taken = self.cost, self.tables.requests[request].decide, self.taken(request)
-        position, codes = len(self.tables.rules) + len(self.tables.launches) + request, cost.codes(decide)
-        turns = t.WAIT in codes and bool(codes & {t.CLEAR, t.SETTLE})
+        position = len(self.tables.rules) + len(self.tables.launches) + request
         doing, launch = cost.decision(request), cost.launch(request)
         dismissed = (move for other in doing.places for move in cost.placed(other))
         moves = frozenset(chain(launch.moves, cost.placed(request), dismissed))
@@ -178,7 +177,7 @@ class Settling:
             yield PassAction(
                 position, 2, self._moves_to(decide, {t.CLEAR, t.SETTLE, t.WAIT}), moves, tests=tests, spontaneous=True
             )
-        if t.KILL in codes:
+        if t.KILL in self.tables.actions(decide):
             yield self._kills(position, decide, turns)
 
     def _moves_to(self, root: int, codes: set[int]) -> frozenset[int]:

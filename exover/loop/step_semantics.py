@@ -7,7 +7,7 @@ independent of it and are compared with it.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
 from exover.model.decision import BUSY, Reason
@@ -273,19 +273,3 @@ class StepSemantics(ABC, Generic[N, P]):
         """Return the part by which a launch rule asks for its request, if it is due."""
         rule = self.reasons[self.tables.launches[launch].reason].rule
         return self.once_due(launch, self.sequence(self.marked("rule", rule), self.required(launch)))
-
-
-def may_wait(tables: Tables) -> tuple[bool, ...]:
-    """Return for each request whether some decision lets it wait."""
-    return tuple(bool(codes & {t.WAIT, t.CLEAR, t.SETTLE}) for codes in _codes(tables))
-
-
-def may_fall(tables: Tables) -> tuple[bool, ...]:
-    """Return for each request whether it can fall from clearing to waiting."""
-    return tuple(t.WAIT in codes and bool(codes & {t.CLEAR, t.SETTLE}) for codes in _codes(tables))
-
-
-def _codes(tables: Tables) -> Iterator[set[int]]:
-    """Yield for each request the codes of the actions in its decision diagram."""
-    for row in tables.requests:
-        yield {-tables.nodes[number].code for number in tables.below(row.decide)}

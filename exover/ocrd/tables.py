@@ -301,6 +301,19 @@ class Tables:
                 stack += [node.low] if node.code < 0 else [node.high, node.low]
         return sorted(found)
 
+    def actions(self, root: int) -> set[int]:
+        """Return the codes of the actions in the diagram with this root."""
+        return {-self.nodes[number].code for number in self.below(root) if self.nodes[number].code < 0}
+
+    def may_wait(self) -> tuple[bool, ...]:
+        """Return for each request whether some decision lets it wait."""
+        return tuple(not self.actions(row.decide).isdisjoint({WAIT, CLEAR, SETTLE}) for row in self.requests)
+
+    def may_fall(self) -> tuple[bool, ...]:
+        """Return for each request whether it can fall from clearing to waiting."""
+        found = (self.actions(row.decide) for row in self.requests)
+        return tuple(WAIT in actions and not actions.isdisjoint({CLEAR, SETTLE}) for actions in found)
+
     def tested(self, root: int) -> set[int]:
         """Return the entries that the nodes of the diagram with this root test."""
         return {self.nodes[number].code for number in self.below(root) if self.nodes[number].code >= 0}

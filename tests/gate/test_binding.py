@@ -10,7 +10,6 @@ from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField, ValueField
 from exover.gate.mcp.results import own_call
 from exover.gate.reading import read_binding
-from exover.loop.step_semantics import may_wait as tables_may_wait
 from exover.model import waiting
 from exover.model.model import Model, Rule
 from exover.model.reads import in_question
@@ -192,7 +191,7 @@ cancel = { tool = "halt", ends = true }
 def test_no_request_that_the_tables_let_wait_is_taken_for_one_that_never_does(spec: str | int) -> None:
     made = compiled(model_of(small_spec_of(spec) if isinstance(spec, int) else spec))
     found = waiting.may_wait(made.model)
-    for request, waits in zip(made.model.requests, tables_may_wait(made.tables), strict=True):
+    for request, waits in zip(made.model.requests, made.tables.may_wait(), strict=True):
         assert request.name in found or not waits, request.name
 
 

@@ -135,7 +135,7 @@ class SymbolicSteps:
     @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """The kinds of events."""
-        return tuple(kinds(self.actions.model, self.actions.may_wait))
+        return tuple(kinds(self.model, self.actions.may_wait))
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""

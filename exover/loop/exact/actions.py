@@ -13,7 +13,7 @@ from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments, TableEncoding
 from exover.loop.exact.term import Term
-from exover.loop.step_semantics import StepSemantics, may_fall, may_wait
+from exover.loop.step_semantics import StepSemantics
 from exover.model.event import Ending
 from exover.model.index import ModelIndex
 from exover.model.property import Occurrence
@@ -73,7 +73,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
         self.layout: Layout = self.vector.layout
         self.model, self.tables, self.terms = self.layout.model, self.vector.tables, self.layout.terms
         self.reasons = reasons(self.model)
-        self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
+        self.may_wait, self.may_fall = self.tables.may_wait(), self.tables.may_fall()
 
     @cached_property
     def number(self) -> dict[str, int]:

@@ -51,11 +51,11 @@ def kinds(model: Model, may_wait: Sequence[bool]) -> Iterator[Kind]:
     """Yield the kinds of events; `may_wait`: by request whether some decision lets it wait."""
     for request in model.requests:
         yield Kind("ask", request.name)
-    for number, request in enumerate(model.requests):
+    for request, waits in zip(model.requests, may_wait, strict=True):
         for slot in range(request.instances):
             yield from (Kind("report", request.name, slot, outcome) for outcome in ENDINGS)
             yield Kind("abort", request.name, slot)
-        if may_wait[number]:
+        if waits:
             yield Kind("abort waiting", request.name)
     yield from (Kind("observe", each.name) for each in model.variables if each.kind == "poster")
     yield from (Kind("observe level", each.name) for each in model.resources if each.consumable)

@@ -8,7 +8,6 @@ from exover.loop.finite.argument_classes import all_arguments
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import RealCells, RealOrders, poster_cells
 from exover.loop.finite.tested_bounds import TestedBounds, TooLarge
-from exover.loop.step_semantics import may_fall, may_wait
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.index import ModelIndex
 from exover.model.model import Model
@@ -61,13 +60,13 @@ class LoopStates:
     def __post_init__(self) -> None:
         self.bounds = TestedBounds(self.tables)
         self.reasons = reasons(self.model)
+        self.may_wait, self.may_fall = self.tables.may_wait(), self.tables.may_fall()
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         index = ModelIndex(self.model)
         self.names, self.request_number = index.readings, index.request
         self.tracked = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         self.arguments = all_arguments(self.model, self.tables, self.bounds, self.tracked)
-        self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, RealCells] = {}
         for number in range(len(self.tables.variables)):

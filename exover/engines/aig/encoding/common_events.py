@@ -9,7 +9,6 @@ from exover.engines.aig.circuit.words import Word, Words, as_word
 from exover.engines.aig.encoding.state import AllocatedRange, Given, Latches, number
 from exover.loop.exact.events import Kind, kinds, parameters
 from exover.loop.exact.term import Term
-from exover.loop.step_semantics import may_wait
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Type, Value
 from exover.model.versions import Versions, meet
@@ -39,7 +38,7 @@ class CommonEvent:
 
 def common_events(versions: Versions, compiled: tuple[Compiled, Compiled]) -> Iterator[CommonEvent]:
     """Yield what can come to the two versions: what NEW knows, then what OLD alone knows."""
-    mine, its = (dict.fromkeys(kinds(each.model, may_wait(each.tables))) for each in compiled)
+    mine, its = (dict.fromkeys(kinds(each.model, each.tables.may_wait())) for each in compiled)
     for kind in its:
         name = versions.was_called.get(kind.name, "") if kind.verb in REQUEST_VERBS else kind.name
         same = replace(kind, name=name)

@@ -109,7 +109,7 @@ class Encoding:
 
     def _choices(self) -> Iterator[tuple[Kind, Literal, tuple[Given, ...]]]:
         """Yield the kinds of events, each with where the inputs are its number, and the values that come with it."""
-        found = list(kinds(self.actions.model, self.actions.may_wait))
+        found = list(kinds(self.compiled.model, self.actions.may_wait))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
         self.code = tuple(bit >> 1 for bit in code)
         pool: list[Literal] = []
