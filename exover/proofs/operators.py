@@ -17,7 +17,7 @@ from exover.engines.bdd.fair_steps import LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.manager import Set
-from exover.engines.bdd.ranking import distinct, ranking, temporal
+from exover.engines.bdd.ranking import ranking
 from exover.engines.bdd.steps import WIDE
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (
@@ -35,7 +35,7 @@ from exover.model.property import (
 from exover.model.wire import Json
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Unsaid
+from exover.proofs.statement import Unsaid, distinct, temporal
 
 OperatorProof = Json | None
 """The proof of one operator; the proofs of a formula are in the order in which its operators are written."""

@@ -14,7 +14,6 @@ from exover.dataclass import dataclass
 from exover.engines.aig.invariant_clauses import invariant_clauses
 from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.engines.bdd.ranking import temporal
 from exover.loop.claim import Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.expression import Or, Status
@@ -26,7 +25,7 @@ from exover.proofs.clauses import Clauses, written
 from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
 from exover.proofs.operators import TOO_LARGE
 from exover.proofs.search import ProofSearch, denied
-from exover.proofs.statement import Statement, Unsaid, facts
+from exover.proofs.statement import Statement, Unsaid, facts, temporal
 
 FOR_IMPLICATION = 10.0
 """Seconds of the solver for one implication."""

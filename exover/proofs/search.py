@@ -1,9 +1,10 @@
 """The search for proofs of claims: by the invariant, by the run of a finding or another one, by sets of states."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 from exover.certificate.check import State
 from exover.checks.finding import Finding
@@ -173,14 +174,19 @@ class ProofSearch:
     def _comes(self, left: Formula, goal: Formula, trace: Trace | None) -> OperatorProof:
         """Return the run of a finding up to where the goal is true, if `left` is true until then; else None."""
         steps = self._runs.steps(trace or Trace(()))
-        now = self.checker.initial
-        for number, step in enumerate(steps, 1):
-            now = self.checker.whole(self.checker.event(step["event"]), now, [])[0].state
+        for number, now in enumerate(self._states(steps), 1):
             if self._at(goal, now):
                 return {"kind": "run", "steps": steps[:number], "from": 0, "loop": None}
             if not self._at(left, now):
                 return None
         return None
+
+    def _states(self, steps: Iterable[dict[str, Any]]) -> Iterator[State]:
+        """Yield the states of the checker after the steps of a run."""
+        now = self.checker.initial
+        for step in steps:
+            now = self.checker.whole(self.checker.event(step["event"]), now, [])[0].state
+            yield now
 
     def _at(self, formula: Formula, state: State) -> bool:
         return self.checker.true(self.checker.formula(self.statement.moment(formula)), state)
@@ -218,11 +224,9 @@ class ProofSearch:
         analysis, loop = self._analysis, self._analysis.loop
         facts = [(number, fact) for number, fact in enumerate(loop.observed) if self._is_said(fact)]
         said = [(number, self.checker.formula(self.statement.moment(fact))) for number, fact in facts]
-        held, state, now = [analysis.space.initial], analysis.reference.start(), self.checker.initial
-        for moment, run in zip(trace.moments, self._runs.steps(trace), strict=True):
+        held, state = [analysis.space.initial], analysis.reference.start()
+        for moment, now in zip(trace.moments, self._states(self._runs.steps(trace)), strict=True):
             state, _ = analysis.reference.step(state, moment.event)
-            event = self.checker.event(run["event"])
-            now = self.checker.whole(event, now, [])[0].state
             held.append(analysis.space.cube_of(abstract(loop, state)))
             for number, fact in said:
                 value = int(self.checker.true(fact, now))

@@ -30,6 +30,7 @@ from exover.model.property import (
     atoms,
     momentary,
     parts_of,
+    subformulas,
 )
 from exover.model.types import Int, Real, Type, Value, ordinal
 from exover.model.wire import Json
@@ -240,6 +241,42 @@ def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ..
     said = [claim.formula for claim in claims if claim.formula is not None]
     asked = (atom for formula in (*said, *(each.formula for each in properties.assumptions)) for atom in atoms(formula))
     return tuple(dict.fromkeys(each for each in asked if isinstance(each, Happened) and each.where is not None))
+
+
+def distinct(formula: Formula) -> Formula:
+    """Return an equivalent formula of LTL in which no two temporal operators are the same subformula.
+
+    So the product with its tableau has one promise for each operator, in whatever order they are numbered.
+    """
+    return _distinct(formula, set())
+
+
+def _distinct(formula: Formula, seen: set[Formula]) -> Formula:
+    found: Formula
+    match formula:
+        case Negation(part):
+            return Negation(_distinct(part, seen))
+        case Conjunction(parts):
+            return Conjunction(tuple(_distinct(part, seen) for part in parts))
+        case Disjunction(parts):
+            return Disjunction(tuple(_distinct(part, seen) for part in parts))
+        case Next(part):
+            part = _distinct(part, seen)
+            while (found := Next(part)) in seen:
+                part = Conjunction((part,))
+        case Until(left, right):
+            left, right = _distinct(left, seen), _distinct(right, seen)
+            while (found := Until(left, right)) in seen:
+                right = Conjunction((right,))
+        case _:
+            return formula
+    seen.add(found)
+    return found
+
+
+def temporal(formula: Formula) -> Iterator[Formula]:
+    """Yield the temporal operators of a formula as they are numbered: each before those within it."""
+    return (each for each in subformulas(formula) if type(each) in OPERATORS)
 
 
 def in_phase(slot: int, kind: str) -> str:

@@ -9,18 +9,6 @@ from collections.abc import Generator, Iterator
 from exover.dataclass import dataclass
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.manager import Set
-from exover.model.property import (
-    Conjunction,
-    Disjunction,
-    Formula,
-    Negation,
-    Next,
-    SomeAlways,
-    SomeNext,
-    SomeUntil,
-    Until,
-    subformulas,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,40 +49,3 @@ def _led_out(fixpoints: Fixpoints, part: Set) -> Generator[Layer, None, Set]:
             return part
         yield Layer(None, part & ~kept)
         part = kept
-
-
-def distinct(formula: Formula) -> Formula:
-    """Return an equivalent formula of LTL in which no two temporal operators are the same subformula.
-
-    So the product with its tableau has one promise for each operator, in whatever order they are numbered.
-    """
-    return _distinct(formula, set())
-
-
-def _distinct(formula: Formula, seen: set[Formula]) -> Formula:
-    found: Formula
-    match formula:
-        case Negation(part):
-            return Negation(_distinct(part, seen))
-        case Conjunction(parts):
-            return Conjunction(tuple(_distinct(part, seen) for part in parts))
-        case Disjunction(parts):
-            return Disjunction(tuple(_distinct(part, seen) for part in parts))
-        case Next(part):
-            part = _distinct(part, seen)
-            while (found := Next(part)) in seen:
-                part = Conjunction((part,))
-        case Until(left, right):
-            left, right = _distinct(left, seen), _distinct(right, seen)
-            while (found := Until(left, right)) in seen:
-                right = Conjunction((right,))
-        case _:
-            return formula
-    seen.add(found)
-    return found
-
-
-def temporal(formula: Formula) -> Iterator[Formula]:
-    """Yield the temporal operators of a formula as they are numbered: each before those within it."""
-    operators = SomeNext | SomeUntil | SomeAlways | Next | Until
-    return (each for each in subformulas(formula) if isinstance(each, operators))

@@ -12,26 +12,12 @@ from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
-from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.manager import Set
-from exover.engines.bdd.ranking import Layer, distinct, ranking, temporal
+from exover.engines.bdd.ranking import Layer, ranking
 from exover.loop.finite.step_predicates import moments
 from exover.model.expression import Status
 from exover.model.model import NOWHERE, Model
-from exover.model.property import (
-    TRUE,
-    Atom,
-    Conjunction,
-    Disjunction,
-    Formula,
-    Negation,
-    Next,
-    Properties,
-    Property,
-    Until,
-    always,
-    finally_,
-)
+from exover.model.property import Atom, Formula, Properties, Property
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
@@ -176,35 +162,3 @@ def lead_down(graph: Graph, seed: int) -> None:
                 assert not layer.states >> source & 1 or not after[source] & part & ~lower, seed
         before |= layer.states
     assert part & ~before == fixpoints.always(part)
-
-
-def test_promises_are_told_apart() -> None:
-    waits = Atom(Status("waiting", "m.a"))
-    once = finally_(waits)
-    said = Conjunction((once, Next(once), Next(once), Negation(always(Disjunction((once, waits))))))
-    found = distinct(said)
-    operators = [*temporal(found)]
-    assert len(operators) == len(set(operators)) == 7
-    assert [type(each) for each in operators] == [type(each) for each in temporal(said)]
-    assert distinct(once) == once
-    assert operators[0] == Until(TRUE, waits)
-
-
-def test_ltl_with_promises_told_apart_is_the_same() -> None:
-    """A formula is true, or not, whether its equal parts share their promises or not."""
-    outcomes = set()
-    for seed in SEEDS[:11]:
-        model = model_of(small_spec_of(seed))
-        one = Formulas(Random(seed), model).ltl(1)
-        said = Disjunction((Next(one), Conjunction((finally_(one), Next(finally_(one))))))
-        of = looked_at(model, said)
-        answers = []
-        for formula in (said, distinct(said)):
-            product = Product(
-                LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None)), of.meaning, formula
-            )
-            fixpoints = Fixpoints(product, product.constraints())
-            answers.append(of.space.initial & ~product.true(formula) & fixpoints.fair == of.space.none)
-        assert answers[0] is answers[1]
-        outcomes.add(answers[0])
-    assert outcomes == {True, False}
