@@ -50,14 +50,14 @@ class RangeAllocation:
                 cut = self.tables.variables[number]
                 self._add((None, variable.name), variable.type, cut.cuts, cut.cuts_end, 2)
                 given = (variable.initial, variable.fallback)
-                self._constants[None, variable.name] |= {_fraction(v) for v in given if v is not None}
+                self._constants[None, variable.name] |= {fraction(v) for v in given if v is not None}
         for family, tracked_cuts in self.tracked.cuts.items():
             self._constants[family] |= {Fraction(cut) for cut in tracked_cuts}
         for launch in self.model.launches:
             params = self.model.request[launch.request].params
             for parameter, value in zip(params, launch.args, strict=True):
                 if isinstance(parameter.type, Real):
-                    self._constants[launch.request, parameter.name].add(_fraction(value))
+                    self._constants[launch.request, parameter.name].add(fraction(value))
         self._compare()
 
     def _add(self, family: Family, kind: Real, first: int, end: int, holders: int) -> None:
@@ -128,6 +128,7 @@ def allocate_ranges(compiled: Compiled, properties: Properties) -> RangeAllocati
     return RangeAllocation(compiled.model, compiled.tables, tracked_predicates(compiled.model, properties))
 
 
-def _fraction(value: Value) -> Fraction:
+def fraction(value: Value) -> Fraction:
+    """Return the double that a number is, as a fraction."""
     assert not isinstance(value, str)
     return Fraction(float(value))

@@ -6,8 +6,8 @@ from itertools import combinations
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import FALSE, TRUE, Literal
-from exover.engines.aig.circuit.words import Grid, Word, Words, as_word
-from exover.engines.aig.encoding.range_allocation import Family, RangeAllocation
+from exover.engines.aig.circuit.words import Grid, Word, Words, as_word, lit
+from exover.engines.aig.encoding.range_allocation import Family, RangeAllocation, fraction
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.term import Term
@@ -27,10 +27,7 @@ class AllocatedRange:
 def number(kind: Type, span: AllocatedRange, value: Value) -> int:
     """Return the number, or the position, that stands for a value of a type."""
     if span.grid is not None:
-        from fractions import Fraction
-
-        assert not isinstance(value, str)
-        return span.grid.position(Fraction(float(value)))
+        return span.grid.position(fraction(value))
     return ordinal(kind, value)
 
 
@@ -124,28 +121,24 @@ class Latches(Layout):
 
     def legal(self, word: Word, span: AllocatedRange) -> Literal:
         """Return where the bits of a word are a number of the span, of a real a position."""
-        bits, terms = word.bits, self.terms
-        found = [TRUE] if span.grid is None else self._positions(word, span.grid)
-        if len(bits) and (1 << len(bits)) - 1 > span.high - span.low:
-            free = terms.word(bits, 0, (1 << len(bits)) - 1)
-            found.append(as_word(terms.at_most(free, terms.constant(span.high - span.low, "Int"))).bits[0])
-        return terms.graph.all(found)
+        is_one = TRUE if span.grid is None else self.is_position(word, span.grid)
+        return self.terms.graph.conjunction(is_one, self._at_most(word.bits, span.high - span.low))
 
     def _limited(self, bits: tuple[Literal, ...], most: int) -> tuple[Literal, ...]:
-        if not bits or (1 << len(bits)) - 1 == most:
+        if not bits:
             return bits
-        free = self.terms.word(bits, 0, (1 << len(bits)) - 1)
-        fits = as_word(self.terms.at_most(free, self.terms.constant(most, "Int"))).bits[0]
-        return (*bits[:-1], self.terms.graph.conjunction(bits[-1], fits))
+        return (*bits[:-1], self.terms.graph.conjunction(bits[-1], self._at_most(bits, most)))
 
-    def _positions(self, word: Word, grid: Grid) -> list[Literal]:
-        """Return literals that are true of positions which doubles have: on a constant the place is 0."""
-        terms, places = self.terms, grid.places
-        bits = terms.offset_bits(word, 0)
-        cell, place = bits[places:], bits[:places]
-        odd = cell[0] if cell else FALSE
-        found = [terms.graph.conjunction(odd, terms.graph.any(place)) ^ 1]
-        return found
+    def _at_most(self, bits: tuple[Literal, ...], most: int) -> Literal:
+        """Return where the number that literals are is at most so large."""
+        return lit(self.terms.at_most(self.terms.word(bits, 0, (1 << len(bits)) - 1), self.terms.constant(most, "Int")))
+
+    def is_position(self, word: Word, grid: Grid) -> Literal:
+        """Return where a word is a position that some double has: on a constant the place is 0."""
+        graph, places = self.terms.graph, grid.places
+        bits = self.terms.offset_bits(word, 0)
+        odd = bits[places] if len(bits) > places else FALSE
+        return graph.conjunction(odd, graph.any(bits[:places])) ^ 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +193,7 @@ class Reembedding:
         self.inputs += [shift >> 1 for shift in shifts]
         moved = [*map(graph.differ, bits, shifts), *bits[places:]]
         self.moved[name] = latches.terms.word(moved, span.low, span.high, span.grid)
-        return graph.all(latches._positions(self.moved[name], span.grid))
+        return latches.is_position(self.moved[name], span.grid)
 
     def _as_before(self, one: str, other: str) -> list[Literal]:
         terms, vars_ = self.latches.terms, self.latches.vars
