@@ -62,6 +62,13 @@ def path_of(formula: Formula, positive: bool = True) -> Path | None:
             return None
 
 
+def undoubled(formula: Formula) -> Formula:
+    """Return a formula without negations of negations at its top."""
+    while isinstance(formula, Negation) and isinstance(formula.part, Negation):
+        formula = formula.part.part
+    return formula
+
+
 def conjuncts(formula: Formula, positive: bool = True) -> Iterator[Formula]:
     """Yield formulas whose conjunction is the formula, or its negation."""
     match formula:

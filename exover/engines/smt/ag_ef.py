@@ -16,7 +16,7 @@ from typing import Any
 from exover.dataclass import dataclass
 from exover.engines.smt.home_states import HomeStateProof
 from exover.engines.smt.lasso import LASSOS, Lassos, TermSemantics
-from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
+from exover.engines.smt.reachability import INDUCTION, Reachability, ReachingRun, UnreachableMoment
 from exover.engines.smt.relation import Move
 from exover.engines.smt.solver import Clock, Inconclusive
 from exover.engines.smt.system import System
@@ -56,8 +56,6 @@ class AlwaysPossible:
         self.terms = self.system.terms
         self.since = self.system.truth(self.stuck.since)
         self.allowed, self.goal = self.system.truth(self.stuck.way.allowed), self.system.truth(self.stuck.way.goal)
-        way: Formula = Until(self.stuck.way.allowed, self.stuck.way.goal)
-        self.way: Formula = Next(way) if self.stuck.way.strict else way
         self.reachability = Reachability(self.system, self.clock)
 
     def search(self) -> ReachingRun | UnreachableMoment:
@@ -66,7 +64,7 @@ class AlwaysPossible:
         Raises `Inconclusive`.
         """
         if self.reachability.nowhere(self.since):
-            return UnreachableMoment("induction")
+            return UnreachableMoment(INDUCTION)
         if not self.endless and self._from_home():
             return UnreachableMoment(BY_HOME_STATES)
         if not self.endless and self._covered(self.since, self.stuck.way.strict):

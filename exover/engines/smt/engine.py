@@ -35,6 +35,7 @@ from exover.loop.formula_classes import (
     conjuncts,
     lingering_of,
     question_of,
+    undoubled,
 )
 from exover.model.property import (
     TRUE,
@@ -221,8 +222,7 @@ class _Question:
 
         `exact`: if none does, that is the answer.
         """
-        while isinstance(path, Negation) and isinstance(path.part, Negation):
-            path = path.part.part
+        path = undoubled(path)
         least, target = 0, path
         if isinstance(target, Next) and isinstance(target.part, Until):
             least, target = 1, target.part

@@ -11,7 +11,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.circuit.graph import FALSE, TRUE, Literal
 from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.liveness.k_liveness import Staying, fair_reports
-from exover.loop.formula_classes import Lingering, lingering_of
+from exover.loop.formula_classes import Lingering, lingering_of, undoubled
 from exover.model.property import TRUE as ALWAYS
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
 
@@ -19,7 +19,7 @@ from exover.model.property import Conjunction, Disjunction, Formula, Negation, N
 def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
     """Return the monitor of a formula of LTL; if `fair`, its signals include that each slot is idle or reported."""
     signals = fair_reports(encoding) if fair else ()
-    formula = plain(path)
+    formula = undoubled(path)
     match formula:
         case Until(left, goal) if left == ALWAYS and momentary(goal):
             return _lingering(encoding, Lingering(goal, ALWAYS), signals)
@@ -28,13 +28,6 @@ def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
         case Negation(Until(left, bad)) if left == ALWAYS and momentary(bad):
             return _always(encoding, Negation(bad), signals)
     return Tableau(encoding, formula).staying(signals)
-
-
-def plain(formula: Formula) -> Formula:
-    """Return the formula without negations of negations at its top."""
-    while isinstance(formula, Negation) and isinstance(formula.part, Negation):
-        formula = formula.part.part
-    return formula
 
 
 def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal, ...]) -> Staying:
