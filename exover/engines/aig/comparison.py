@@ -1,6 +1,7 @@
 """Which answers two versions give otherwise: random runs first, then proofs, then the shortest run to each change."""
 
 from collections.abc import Mapping
+from contextlib import closing
 from dataclasses import field
 
 from exover.dataclass import dataclass
@@ -74,23 +75,22 @@ def compare(
     return dict.fromkeys(changes(loops.versions), Open(UNSETTLED))
 
 
-def _joined(loops: ComparedLoops, passes: int) -> VersionPair:
-    """Return both versions in one graph that share the variables which stay equal while both answer alike."""
+def _joined(loops: ComparedLoops, passes: int) -> Differences:
+    """Return the differences of both versions in one graph that share what stays equal while both answer alike."""
     apart: frozenset[str] = frozenset()
     while True:
-        pair = VersionPair(loops, passes, apart)
-        unequal = dict(pair.unequal(Differences(pair).agree))
-        solver = Solver(pair.circuit(FALSE, ()))
-        found = {name for name, where in unequal.items() if where != FALSE and _may_be(solver, where)}
-        solver.close()
+        differences = Differences(VersionPair(loops, passes, apart))
+        unequal = dict(differences.pair.unequal(differences.agree))
+        with closing(Solver(differences.pair.circuit(FALSE, ()))) as solver:
+            found = {name for name, where in unequal.items() if where != FALSE and _may_be(solver, where)}
         if not found:
-            return pair
+            return differences
         apart |= found
 
 
 def _may_be(solver: Solver, where: Literal) -> bool:
     try:
-        return solver.satisfiable([solver.literal(where)], EQUAL)
+        return solver.possible([where], EQUAL)
     except Exhausted:
         return True
 
@@ -103,7 +103,7 @@ def _unproved(runs: Mapping[int, Inputs]) -> dict[int, Shortest]:
 class Comparison:
     """The search for runs of a pair that show changes; what was found and proved so far."""
 
-    pair: VersionPair
+    differences: Differences
     abc: str
     progress: Progress
     limits: Limits = NO_LIMITS
@@ -112,12 +112,10 @@ class Comparison:
     runs: dict[int, Inputs] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        differences = Differences(self.pair)
+        self.pair: VersionPair = self.differences.pair
         self.changes = tuple(changes(self.pair.loops.versions))
-        self.agree = differences.agree
-        literals = differences.literals(self.changes)
-        self.passes = self.pair.unsettled_parts
-        self.circuit: Circuit = self.pair.circuit(self.agree, [*literals, *self.passes])
+        asked = [*self.differences.literals(self.changes), *self.pair.unsettled_parts]
+        self.circuit: Circuit = self.pair.circuit(self.differences.agree, asked)
 
     @property
     def _about_passes(self) -> range:
@@ -184,7 +182,7 @@ class Comparison:
         if not self.runs:
             return {}
         self.progress("shortest runs")
-        runs = PairConcretizer(self.pair, self.agree)
+        runs = PairConcretizer(self.pair, self.differences.agree)
         found: dict[int, CommonRun | Open] = {}
         short = shorten(self.circuit, self.runs)
         best_of = shortest(self.circuit, short, SHORTENING) if not in_hurry else _unproved(short)

@@ -92,7 +92,7 @@ class _Maxima:
         done = self.solver.work
         asked = [self.step, *([self.before] if self._lasting else []), *literals]
         try:
-            return self.solver.satisfiable([self.solver.literal(each) for each in asked], self.left)
+            return self.solver.possible(asked, self.left)
         finally:
             self.left -= self.solver.work - done
 

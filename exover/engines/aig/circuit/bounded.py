@@ -1,6 +1,7 @@
 """Bounded model checking: a circuit unrolled step by step, and shortest runs (Biere et al. 1999)."""
 
 from collections.abc import Mapping
+from contextlib import closing, suppress
 from dataclasses import field
 
 from exover.dataclass import dataclass
@@ -67,19 +68,15 @@ def shortest(circuit: Circuit, known: Mapping[int, Inputs], granted: int) -> dic
     """
     found: dict[int, Shortest] = {}
     unrolling = Unrolling(circuit)
-    solver = Solver(unrolling.graph.circuit((), ()))
     left = dict(known)
-    try:
+    with closing(Solver(unrolling.graph.within_step())) as solver, suppress(Exhausted):
         while left:
             for index in [index for index, run in left.items() if len(run) == len(unrolling.steps) + 1]:
                 found[index] = Shortest(left.pop(index), True)
             bad = unrolling.step() if left else []
-            solver.grow(unrolling.graph.circuit((), ()))
+            solver.grow(unrolling.graph.within_step())
             for index in list(left):
-                if bad[index] != FALSE and solver.satisfiable([solver.literal(bad[index])], granted - solver.work):
+                if bad[index] != FALSE and solver.possible([bad[index]], granted - solver.work):
                     del left[index]
                     found[index] = Shortest(unrolling.run(solver), True)
-    except Exhausted:
-        pass
-    solver.close()
     return found | {index: Shortest(run, False) for index, run in left.items()}

@@ -5,7 +5,7 @@ and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after
 """
 
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import reduce
 from itertools import chain, compress
@@ -130,6 +130,11 @@ class Circuit:
         latches = array("I", chain.from_iterable((latch.node, latch.next >> 1) for latch in followed))
         native.mark(address(self.fanins.packed), len(marked), address(latches), len(followed), held(marked))
         return marked
+
+
+def valuation(nodes: Iterable[int], true: Container[int]) -> list[Literal]:
+    """Return literals of nodes that are all true iff, of the nodes, these are true and no others."""
+    return [2 * node + (node not in true) for node in nodes]
 
 
 class Influence:

@@ -99,6 +99,10 @@ class Solver:
             raise Exhausted
         return bool(found)
 
+    def possible(self, literals: Iterable[Literal], granted: int | None = None) -> bool:
+        """Return True iff literals of the circuit can be true together; `Exhausted` as in `satisfiable`."""
+        return self.satisfiable([self.literal(each) for each in literals], granted)
+
     def core(self) -> set[int]:
         """Return assumptions of the last question that cannot be true together."""
         return set(self._solver.get_core() or ())

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from exover.engines.aig.circuit.answer import Clause, StopRequested
-from exover.engines.aig.circuit.graph import Circuit, Literal
+from exover.engines.aig.circuit.graph import Circuit, Literal, valuation
 from exover.engines.aig.circuit.solver import Exhausted, Solver
 from exover.engines.aig.simulation.reached import Cube, Reached
 
@@ -103,7 +103,7 @@ class Frames:
         """Return the state, as far as the solver knows its latches, and the true inputs of the last model."""
         nodes = [latch.node for latch in self.latches if self.solver.knows(latch.node)]
         true = self.solver.true([*nodes, *self.inputs])
-        return tuple(2 * node + (node not in true) for node in nodes), self.inputs & true
+        return tuple(valuation(nodes, true)), self.inputs & true
 
     def lifted(self, state: Cube, inputs: frozenset[int], goal: Sequence[int]) -> Cube:
         """Return literals of the state that suffice for these inputs to lead to the goal (Chockler et al. 2011)."""
@@ -112,8 +112,8 @@ class Frames:
             gate, wrong = None, -goal[0]
         else:
             gate = wrong = self.temporary([-literal for literal in goal])
-        known = [node for node in self.circuit.inputs if solver.knows(node)]
-        fixed = [wrong, *(solver.literal(2 * node + (node not in inputs)) for node in known)]
+        known = filter(solver.knows, self.circuit.inputs)
+        fixed = [wrong, *map(solver.literal, valuation(known, inputs))]
         by_variable = {solver.literal(literal): literal for literal in self.often_first(state)}
         held = list(by_variable)
         while True:

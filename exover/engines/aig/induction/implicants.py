@@ -13,7 +13,7 @@ from itertools import islice
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Answer, Clause, Inputs, Reachable, SayAnswer, StopRequested, Unreachable
 from exover.engines.aig.circuit.cnf import Cnf
-from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
+from exover.engines.aig.circuit.graph import Circuit, Graph, Literal, valuation
 from exover.engines.aig.circuit.solver import Exhausted, Solver
 
 Decide = Callable[[Circuit, SayAnswer, StopRequested], None]
@@ -185,7 +185,7 @@ class _Search:
     def _implicant(self) -> Clause:
         """Return a cube of latches, true in the last model, whose states in the set are all of the kind."""
         true = self.solver.true(self._latches)
-        left = [2 * node + (node not in true) for node in self._latches if self.solver.knows(node)]
+        left = valuation(filter(self.solver.knows, self._latches), true)
         for dropped in (None, *left):
             if dropped is None or dropped in left:
                 core = self._core([each for each in left if each != dropped])

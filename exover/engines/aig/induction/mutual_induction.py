@@ -46,7 +46,7 @@ def _at_start(circuit: Circuit) -> list[bool]:
     unrolling = Unrolling(circuit)
     bad = unrolling.step()
     with closing(Solver(unrolling.graph.within_step())) as solver:
-        return [literal != FALSE and solver.satisfiable([solver.literal(literal)]) for literal in bad]
+        return [literal != FALSE and solver.possible([literal]) for literal in bad]
 
 
 def _broken(solver: Solver, before: Sequence[Literal], after: Sequence[Literal]) -> set[int]:

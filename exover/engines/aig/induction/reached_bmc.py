@@ -71,7 +71,7 @@ class RunSearch:
         self._bad: list[list[Literal]] = []
         """By step what the bad literals are in it."""
         self._chosen: dict[Literal, Seed] = {}
-        self._solver = Solver(graph.circuit((), ()))
+        self._solver = Solver(graph.within_step())
         self._others = self._solver.fresh()
         """A literal of the solver: runs begin in a state of none of the seeds."""
         if not from_start:
@@ -83,7 +83,7 @@ class RunSearch:
         known = {seed.true for seed in self._chosen.values()}
         fresh = {seed.true: seed for seed in reversed(seeds) if seed.true not in known}
         chosen = {graph.input(): seed for seed in fresh.values()}
-        solver.grow(graph.circuit((), ()))
+        solver.grow(graph.within_step())
         others = solver.fresh()
         solver.add([-self._others, *map(solver.literal, chosen), others])
         state = [(node, solver.literal(literal)) for node, literal in self._state.items()]
@@ -121,7 +121,7 @@ class RunSearch:
         """Return the bad literals in a step, which is unrolled if it is the next one."""
         if step == len(self._bad):
             self._bad.append(self._unrolling.step())
-            self._solver.grow(self._unrolling.graph.circuit((), ()))
+            self._solver.grow(self._unrolling.graph.within_step())
         return self._bad[step]
 
     def _is_reached(self, bad: Literal, granted: int) -> bool:

@@ -6,6 +6,7 @@ two cubes of two (van Eijk 2000 finds them so), and so is most of what keeps req
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import closing
 from random import Random
 
 from exover.engines.aig.circuit.graph import Circuit, LatchNode
@@ -67,7 +68,19 @@ def _inductive(
     """Return the largest part of the guesses that no step enters from outside of it and of the known cubes."""
     if not 0 < len(guesses) <= MANY:
         return []
-    solver = Solver(circuit)
+    with closing(Solver(circuit)) as solver:
+        return _kept(solver, circuit, latches, guesses, known, granted)
+
+
+def _kept(
+    solver: Solver,
+    circuit: Circuit,
+    latches: Sequence[LatchNode],
+    guesses: Sequence[Cube],
+    known: Sequence[Cube],
+    granted: int,
+) -> list[Cube]:
+    """Return the same; none if the solver is asked too much."""
     following = {latch.node: latch.next for latch in latches}
     for cube in known:
         solver.add([-solver.literal(literal) for literal in cube])
@@ -91,7 +104,6 @@ def _inductive(
                 some = solver.fresh()
                 solver.add([-some, *(entered[cube] for cube in assumed[at : at + GROUP] if cube in group)])
                 if solver.work >= granted or answers >= PATIENCE:
-                    solver.close()
                     return []
                 if not group or not solver.satisfiable([gate, some]):
                     break
@@ -100,7 +112,6 @@ def _inductive(
                 alive = neighbours.kept(true, assumed, alive)
                 solver.add([-some])
         solver.add([-gate])
-    solver.close()
     return alive
 
 
@@ -118,13 +129,8 @@ class _Neighbours:
         leaves = {node: self._near(node in true) for node in (*self.inputs, *(latch.node for latch in self.latches))}
         words = {2 * node + sign: word ^ (self.lanes * sign) for node, word in leaves.items() for sign in (0, 1)}
         allowed = self.lanes
-        for cube in assumed:
+        for cube in (*assumed, *self.known):
             allowed &= ~_where(words, cube)
-        for cube in self.known:
-            held = self.lanes
-            for literal in cube:
-                held &= words[literal]
-            allowed &= ~held
         values = self.cone.values(leaves)
         after: dict[int, LaneWord] = {}
         for latch in self.latches:

@@ -4,11 +4,12 @@
 """
 
 from collections.abc import Callable, Container, Mapping, Sequence
+from contextlib import closing
 from typing import TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Inputs
-from exover.engines.aig.circuit.graph import Circuit, Literal
+from exover.engines.aig.circuit.graph import Circuit, Literal, valuation
 from exover.engines.aig.circuit.solver import Solver
 from exover.engines.aig.circuit.symbolic_simulation import substituted
 from exover.engines.aig.encoding.encoder import Encoding
@@ -62,15 +63,12 @@ def unreported(encoding: Encoding, excluded: Excludes) -> list[SlotId]:
 def _open(encoding: Encoding, cases: Mapping[T, _Case]) -> dict[T, _Case]:
     """Return the cases in which no single event is allowed in all states that there may be."""
     domain = encoding.moments.domain
-    solver = Solver(encoding.graph.within_step())
-    try:
+    with closing(Solver(encoding.graph.within_step())) as solver:
         return {
             name: case
             for name, case in cases.items()
             if not any(_allowed(encoding, solver, (*case.state, domain), inputs) for inputs in case.choices)
         }
-    finally:
-        solver.close()
 
 
 def _left(
@@ -94,33 +92,25 @@ def stranded(encoding: Encoding, runs: Sequence[Inputs]) -> Inputs | None:
     latches = [latch.node for latch in circuit.support(steps)]
     reached = Exploration(circuit, range(len(steps)), lambda step, state: {}, CoverageGoals())
     reached.follow(runs)
-    solver = Solver(encoding.graph.within_step())
+    with closing(Solver(encoding.graph.within_step())) as solver:
 
-    def allows_some(seed: Seed) -> bool:
-        state = [solver.literal(2 * node + (node not in seed.true)) for node in latches]
-        return any(solver.satisfiable([*state, solver.literal(step)]) for step in steps)
+        def allows_some(seed: Seed) -> bool:
+            state = valuation(latches, seed.true)
+            return any(solver.possible((*state, step)) for step in steps)
 
-    try:
         nearest = sorted(reached.seeds, key=lambda seed: len(seed.run))
         return next((seed.run for seed in nearest if not allows_some(seed)), None)
-    finally:
-        solver.close()
-
-
-def _given(encoding: Encoding, true: frozenset[int]) -> list[Literal]:
-    """Return the cube of inputs of which these are true, and no others."""
-    return [2 * node + (node not in true) for node in encoding.graph.inputs]
 
 
 def _allowed(encoding: Encoding, solver: Solver, state: Sequence[Literal], true: frozenset[int]) -> bool:
     """Return whether an event is an allowed step in all states of a cube."""
-    asked = (*state, *_given(encoding, true), encoding.legal ^ 1)
-    return not solver.satisfiable([solver.literal(each) for each in asked])
+    return not solver.possible((*state, *valuation(encoding.graph.inputs, true), encoding.legal ^ 1))
 
 
 def _refused_first(encoding: Encoding, case: _Case) -> Literal:
     """Return a literal over a step: it is that by the first event, in the states of a case, and is not allowed."""
-    return encoding.graph.all((*case.state, *_given(encoding, case.choices[0]), encoding.legal ^ 1))
+    first = valuation(encoding.graph.inputs, case.choices[0])
+    return encoding.graph.all((*case.state, *first, encoding.legal ^ 1))
 
 
 def _refused(encoding: Encoding, case: _Case) -> Literal:

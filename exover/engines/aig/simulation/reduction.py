@@ -6,6 +6,7 @@ and nodes keep their numbers: runs and invariants of the smaller circuit are tho
 """
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import replace
 from operator import itemgetter
 from random import Random
@@ -28,9 +29,9 @@ def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> C
     """
     latches = circuit.support(circuit.bad)
     roots = [*circuit.bad, *(latch.next for latch in latches)]
-    sweep = _Sweep(circuit, latches, roots, reached)
-    sweep.run(circuit.cone(roots), granted)
-    sweep.solver.close()
+    with closing(Solver(circuit)) as solver:
+        sweep = _Sweep(circuit, latches, roots, reached, solver)
+        sweep.run(circuit.cone(roots), granted)
     kept = {latch.node for latch in latches}
     return replace(
         circuit,
@@ -45,12 +46,18 @@ def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> C
 class _Sweep:
     """A sweep over the nodes: what each is in the smaller circuit, and counterexamples to equality."""
 
-    def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], roots: list[Literal], reached: Reached) -> None:
-        self.circuit, self.latches = circuit, latches
+    def __init__(
+        self,
+        circuit: Circuit,
+        latches: Sequence[LatchNode],
+        roots: list[Literal],
+        reached: Reached,
+        solver: Solver,
+    ) -> None:
+        self.circuit, self.latches, self.solver = circuit, latches, solver
         self.fanins = circuit.fanins.copy()
         self.is_now: dict[int, Literal] = {}
         self.random = Random(1)
-        self.solver = Solver(circuit)
         self.cone = evaluator(circuit, roots)
         self.different: list[set[int]] = []
         self.everywhere = (1 << LANES) - 1

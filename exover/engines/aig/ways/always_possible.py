@@ -106,7 +106,7 @@ class Ways:
         if wrong == FALSE:
             return True
         solver.grow(graph.within_step())
-        return not solver.satisfiable([solver.literal(wrong)])
+        return not solver.possible([wrong])
 
     @cached_property
     def words(self) -> WordSearch:

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Answer, StopRequested, Unreachable
-from exover.engines.aig.circuit.graph import FALSE, Graph, Literal
+from exover.engines.aig.circuit.graph import FALSE, Graph, Literal, valuation
 from exover.engines.aig.circuit.solver import Solver
 from exover.engines.aig.circuit.symbolic_simulation import substituted
 from exover.engines.aig.encoding.encoder import Encoding
@@ -168,8 +168,8 @@ class _Ranking:
 
     def _may(self, state: Cube, event: StepInputs, literal: Literal) -> bool:
         """Return whether an event makes a literal true in some state of a cube."""
-        inputs = [2 * node + (node not in event) for node in self._home.encoding.graph.inputs]
-        return self._solver.satisfiable([self._solver.literal(each) for each in (*state, *inputs, literal)])
+        inputs = valuation(self._home.encoding.graph.inputs, event)
+        return self._solver.possible((*state, *inputs, literal))
 
     # ---- the order ----
 
