@@ -218,10 +218,7 @@ class Analysis:
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of the rules: F holds with stopping slots idle."""
-        found = self.space.none
-        for rule in rules:
-            found |= self.meaning.rule(rule, once_stopped=True)
-        return found
+        return self.space.disjunction(self.meaning.rule(rule, once_stopped=True) for rule in rules)
 
 
 def _past(backwards: BackwardReachability, mark: Label) -> Ring:

@@ -123,10 +123,7 @@ class BackwardReachability:
 
     def union(self, ways: Iterable[Way]) -> Set:
         """Return the union of the sets."""
-        found = self.stepper.space.none
-        for _, states in ways:
-            found |= states
-        return found
+        return self.stepper.space.disjunction(states for _, states in ways)
 
     def possible(self, goal: Set, allowed: Allowed, enough: Callable[[Set], bool]) -> Set:
         """Return the states from which allowed events can lead into `goal`: the least Z with Z = goal or EX Z.

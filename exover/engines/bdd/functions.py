@@ -70,9 +70,8 @@ class Functions:
 
     def changing(self, function: Function) -> Set:
         """Return the states in which the function may change something."""
-        found = self.space.none
-        for name, value in function.bits.items():
-            found |= self.space.bdd.apply("^", value, self.space.bdd.var(name))
+        bdd = self.space.bdd
+        found = self.space.disjunction(bdd.apply("^", value, bdd.var(name)) for name, value in function.bits.items())
         return self.chosen(found & function.enabled, function)
 
     def pre(self, states: Set, function: Function) -> Set:

@@ -29,11 +29,10 @@ class HomeStates:
     @cached_property
     def disabling(self) -> Set:
         """Readings of posters with which no launch rule ever does anything."""
-        space, found = self.stepper.space, self.stepper.space.all
+        space = self.stepper.space
         kept = {name for var in self._posters() for name in space.bits[var]}
-        for unstable in self.stepper.launching():
-            found &= ~space.bdd.exist(space.bdd.support(unstable) - kept, unstable)
-        return found
+        launching = self.stepper.launching()
+        return space.conjunction(~space.bdd.exist(space.bdd.support(each) - kept, each) for each in launching)
 
     def _posters(self) -> list[int]:
         loop = self.stepper.loop

@@ -94,10 +94,8 @@ class QuiescentSteps:
 
     def _empty_after(self, number: int) -> Set:
         """Return the states in which the waiting places that event `number` changes are empty; all unless `lone`."""
-        found = self.space.all
-        for var in self.step(number).changed & self._places:
-            found &= self.space.is_value(var, EMPTY)
-        return found
+        changed = self.step(number).changed & self._places
+        return self.space.conjunction(self.space.is_value(var, EMPTY) for var in changed)
 
     def _lone(self, states: Set) -> Set:
         """Return the states with the variables of waiting places replaced by 0, if `lone`; else the states."""

@@ -1,7 +1,7 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property, reduce
 from operator import and_, or_
@@ -139,10 +139,7 @@ class Space:
 
     def among(self, var: int, values: Iterable[int]) -> Set:
         """Return the states in which a variable has one of these values."""
-        found = self.none
-        for value in values:
-            found |= self.is_value(var, value)
-        return found
+        return self.disjunction(self.is_value(var, value) for value in values)
 
     def assigned(self, states: Set, var: int, value: int) -> Set:
         """Return the states with the variable set to this value."""
@@ -204,21 +201,18 @@ class Space:
 
     def local_domain(self, states: Set) -> Set:
         """Return the constraints on the variables on which a set depends."""
-        found = self.all
-        for var in self.support(states):
-            found &= self.constraints[var]
-        return found
+        return self.conjunction(self.constraints[var] for var in self.support(states))
 
     def at_most(self, entry: int, bound: int) -> Set:
         """Return the states in which `v[entry] <= bound`."""
         key = (entry, bound)
         if key not in self._tests:
-            found = self.none
-            for value, states in self.distribution(entry).items():
-                if value <= bound:
-                    found |= states
-            self._tests[key] = found
+            self._tests[key] = self._up_to(bound, self.distribution(entry))
         return self._tests[key]
+
+    def _up_to(self, bound: int, sums: Mapping[int, Set]) -> Set:
+        """Return the states in which a value is at most `bound`; `sums`: for each value those in which it is that."""
+        return self.disjunction(states for value, states in sums.items() if value <= bound)
 
     def test(self, entry: int, bound: int, fixed: dict[int, int]) -> Set:
         """Return the states in which `v[entry] <= bound`, entries of `fixed` having these values."""
@@ -230,11 +224,7 @@ class Space:
             return self.at_most(entry, bound)
         rest = [(f, term) for part, f in parts if part not in fixed for term in self.loop.terms.get(part, ())]
         shifted = bound - sum(factor * fixed[part] for part, factor in known)
-        found = self.none
-        for value, states in self.sum_of(rest).items():
-            if value <= shifted:
-                found |= states
-        return found
+        return self._up_to(shifted, self.sum_of(rest))
 
     def distribution(self, entry: int) -> dict[int, Set]:
         """Return for each value of an entry the states in which it has it."""

@@ -115,9 +115,7 @@ class Stepper:
     @cached_property
     def spontaneous(self) -> Set:
         """The states between steps in which some component is unstable before an event has written anything."""
-        found = self.space.none
-        for number in sorted(self.waking.always):
-            found |= self.waking.unstable[number]
+        found = self.space.disjunction(self.waking.unstable[number] for number in sorted(self.waking.always))
         for var in self._memory:
             found = self.space.before_cleared(found, var)
         return found
