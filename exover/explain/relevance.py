@@ -5,27 +5,25 @@ from fractions import Fraction
 from typing import Literal, assert_never
 
 from exover.dataclass import dataclass
+from exover.model.conditions import conditions
 from exover.model.evaluate import Scope, bind, value_of
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.expression import (
-    And,
     Compare,
     Cond,
     Const,
-    Last,
     Level,
     ModelTerm,
-    Not,
-    Or,
     Own,
     Param,
     Past,
     Reading,
     Status,
     Sum,
+    atoms,
     leaves,
 )
-from exover.model.model import Consumption, Model, Share
+from exover.model.model import Model
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -71,21 +69,14 @@ class Relevance:
 
 
 def _mentions(cond: Cond, subject: str, own: str) -> Iterator[Mention]:
-    match cond:
-        case Compare():
-            yield Mention(cond, subject, own)
-        case Status(_, name, where) | Past(name, where):
-            if where is not None:
+    for atom in atoms(cond):
+        match atom:
+            case Compare():
+                yield Mention(atom, subject, own)
+            case Status(_, name, where) | Past(name, where) if where:
                 yield from _mentions(where, name, subject)
-        case Not(part):
-            yield from _mentions(part, subject, own)
-        case And(parts) | Or(parts):
-            for part in parts:
-                yield from _mentions(part, subject, own)
-        case Last():
-            pass
-        case _:
-            assert_never(cond)
+            case _:
+                pass
 
 
 def compared(mentions: Iterable[Mention]) -> frozenset[ValueKey]:
@@ -99,16 +90,8 @@ def compared_anywhere(model: Model) -> frozenset[ValueKey]:
     """Return the parameters and results with which anything in a model is compared: arguments of required launches
     are with those that are active or wait.
     """
-    conditions: Conditions = [(latch.condition, "") for latch in model.latches]
-    conditions += [(launch.condition, "") for launch in model.launches]
-    conditions += [(rule.condition, rule.slot_of or "") for rule in model.rules]
-    for request in model.requests:
-        conditions += [(guard.condition, request.name) for guard in request.guards]
-        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
-        conditions += [(clause.when, request.name) for clause in clauses if clause.when]
-    found = compared(mention for cond, subject in conditions for mention in _mentions(cond, subject, ""))
-    required = {launch.request for launch in model.launches}
-    return found | {(name, field.name) for name in required for field in model.request[name].params}
+    every = ((condition, subject or "") for subject, condition in conditions(model))
+    return compared(mention for condition, subject in every for mention in _mentions(condition, subject, ""))
 
 
 # ---- what was in question ----

@@ -15,6 +15,7 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.loop.tracked_predicates import property_conditions
+from exover.model.conditions import comparisons, conditions
 from exover.model.event import Action, Ask, Event, Launched, Observe, Report
 from exover.model.expression import Compare, Const, ModelTerm, Own, Param, Reading, leaves, mirrored
 from exover.model.model import Model, Parameter
@@ -22,7 +23,6 @@ from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Moment, Trace, run
 from exover.model.types import Int, Real, Value
-from exover.ocrd.vector import comparisons, conditions
 
 DIGITS = 4
 """A plain real has fewer than so many digits more than the cut next to it."""

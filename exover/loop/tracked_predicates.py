@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from dataclasses import field
 
 from exover.dataclass import dataclass
+from exover.model.conditions import comparisons, conditions
 from exover.model.expression import Compare, Cond, Const, ModelTerm, Own, Param, Past, Reading, Status, atoms, leaves
 from exover.model.model import Model, Request
 from exover.model.property import Atom, Happened, Properties, formulas
 from exover.model.property import atoms as property_atoms
 from exover.model.reads import reads
 from exover.model.types import Real, ordinal
-from exover.ocrd.vector import Vocabulary, comparisons, conditions
+from exover.ocrd.vector import Vocabulary
 
 
 @dataclass

@@ -11,6 +11,7 @@ from itertools import takewhile
 from typing import assert_never
 
 from exover.dataclass import dataclass
+from exover.model.conditions import same_arguments
 from exover.model.decision import BUSY, Reason, verdict_without_kill
 from exover.model.expression import And, Compare, Cond, Const, Level, Not, Or, Status
 from exover.model.model import Guard, Kill, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait
@@ -29,7 +30,6 @@ from exover.ocrd.decision import (
 from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
 from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.symbolic import ConditionDiagrams
-from exover.ocrd.vector import same_arguments
 from exover.ocrd.view import PRESENT, KillTarget, ParameterOwner, View
 
 Hit = tuple[int, tuple[KillTarget, ...], Reason]

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
+from exover.model.conditions import comparisons
 from exover.model.expression import Cond, Reading
 from exover.model.model import Consumption, Model, Share
 from exover.ocrd.entries import Entries
 from exover.ocrd.roots import Roots
-from exover.ocrd.vector import HasPast, InPlace, Slots, SlotValue, comparisons
+from exover.ocrd.vector import HasPast, InPlace, Slots, SlotValue
 
 Feature = tuple[Cond | None, int | None, str | None]
 """What a counter counts: a condition on arguments, a slot (None: all), the parameter that is added (None: 1)."""

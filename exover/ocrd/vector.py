@@ -6,27 +6,24 @@ is `v[i] <= k` on an element.
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator
 from functools import cached_property
 from typing import Literal, assert_never
 
 from exover.dataclass import dataclass
+from exover.model.conditions import comparisons, conditions
 from exover.model.expression import (
-    And,
     Compare,
     Cond,
     Const,
     Count,
     Outcome,
     Param,
-    Past,
     Reading,
-    Status,
     Used,
     atoms,
     leaves,
 )
-from exover.model.model import Consumption, Launch, Model, Request, Share
+from exover.model.model import Model
 from exover.model.types import Bool, Enum, Int, Real, Type
 
 OUTCOMES: tuple[Outcome, ...] = ("none", "ok", "failed", "interrupted")
@@ -247,37 +244,3 @@ def ordinal_range(kind: Type) -> tuple[int, int]:
             raise TypeError("a real has ranks, not ordinals")
         case _:
             assert_never(kind)
-
-
-def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
-    """Yield every condition of a model with the request whose parameters it reads, None if it reads none."""
-    for request in model.requests:
-        for guard in request.guards:
-            yield request.name, guard.condition
-        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
-        yield from ((request.name, clause.when) for clause in clauses if clause.when)
-    for rule in model.rules:
-        yield rule.slot_of, rule.condition
-    for latch in model.latches:
-        yield None, latch.condition
-    for launch in model.launches:
-        yield None, launch.condition
-        yield launch.request, same_arguments(model.request[launch.request], launch)
-
-
-def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, Compare]]:
-    """Yield the comparisons of a condition, inside `where` too, each with the request whose parameters it reads."""
-    for atom in atoms(cond):
-        match atom:
-            case Compare():
-                yield subject, atom
-            case Status(_, request, where) | Past(request, where) if where:
-                yield from comparisons(where, request)
-            case _:
-                pass
-
-
-def same_arguments(request: Request, launch: Launch) -> Cond:
-    """Return the condition that the arguments of `request` equal those of the launch rule."""
-    pairs = zip(request.params, launch.args, strict=True)
-    return And(tuple(Compare("==", Param(parameter.name), Const(value)) for parameter, value in pairs))

@@ -16,11 +16,11 @@ from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
+from exover.model.conditions import same_arguments
 from exover.model.expression import Or, Status
 from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
 from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
-from exover.ocrd.vector import same_arguments
 from exover.proofs.clauses import Clauses, written
 from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
 from exover.proofs.operators import TOO_LARGE

@@ -3,10 +3,10 @@
 from exover.checks.finding import Finding
 from exover.checks.questions.question import Check, Context, Question, launches, unreached
 from exover.loop.claim import Claim, after_every_step
+from exover.model.conditions import same_arguments
 from exover.model.expression import Or, Status
 from exover.model.model import Launch, Model
 from exover.model.property import Atom, Properties, implies
-from exover.ocrd.vector import same_arguments
 
 IFF = "after every reachable step in which its condition holds, its request is active or waiting with those arguments"
 HOLDS = "whenever the condition holds, the request is active or waits"
