@@ -14,7 +14,7 @@ from exover.explain.relevance import Factor, Mention, ValueKey, compared, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.state import Slot, State
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, least
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, resting_value
 from exover.model.wording import named_text, slot_text, value_text
 
 COMBINATIONS = 12
@@ -223,7 +223,7 @@ class Interventions:
 
         The last value: whether the answers to all that are yielded are the answers to whatever arguments.
         """
-        now = present or tuple(_first(field.type) for field in fields)
+        now = present or tuple(resting_value(field.type) for field in fields)
         read = compared(self.mentions)
         varied = [(name, field.name) in read for field in fields]
         shown = [(name, field.name) in self.compared for field in fields]
@@ -281,8 +281,3 @@ def _reported(index: int) -> Put:
 def _observed(state: State, event: Event, value: Value) -> Moment:
     assert isinstance(event, Observe)
     return state, Observe(event.name, value)
-
-
-def _first(kind: Type) -> Value:
-    """Return some value of a type."""
-    return float(intervals(kind, (), 0.0)[0].sample) if isinstance(kind, Real) else least(kind)

@@ -1,6 +1,7 @@
 """Types of parameters, results, posters and states, and the values that belong to them (docs/language.md section 2)."""
 
 import math
+from sys import float_info
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -68,6 +69,16 @@ def least(kind: Type) -> Value:
             return values[0]
         case _:
             assert_never(kind)
+
+
+def resting_value(kind: Type) -> Value:
+    """Return the value of a domain that stands for no value: of a real the one nearest to 0, else the first one."""
+    return min(max(kind.low, 0.0), kind.high) if isinstance(kind, Real) else least(kind)
+
+
+def finite_ends(kind: Real) -> tuple[float, float]:
+    """Return the least and the greatest double of a domain."""
+    return max(kind.low, -float_info.max), min(kind.high, float_info.max)
 
 
 def ordinal(kind: Type, value: Value) -> int:

@@ -13,11 +13,10 @@ from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover, Valuation
 from exover.engines.smt.steps import SymbolicSteps
 from exover.loop.exact.events import Kind, event_of
-from exover.loop.exact.layout import resting_value
 from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
-from exover.model.types import Bool, Enum, Int, Real, Type, Value
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, resting_value
 from exover.ocrd.vector import Vocabulary
 
 RUNS, LENGTH = 12, 40

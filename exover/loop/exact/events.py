@@ -6,13 +6,13 @@ from functools import partial
 
 from exover.dataclass import dataclass
 from exover.loop.exact.actions import Change, Newcomer, TableActions
-from exover.loop.exact.layout import Layout, level_name, resting_value
+from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
 from exover.model.event import ENDINGS, Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.state import SlotId
-from exover.model.types import Bool, Enum, Int, Real, Type, Value
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, resting_value
 from exover.ocrd.tables import NONE
 
 RESTORING = "restoring"

@@ -16,11 +16,9 @@ from exover.model.event import Args
 from exover.model.model import Model, Parameter, Request
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, least, ordinal
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, finite_ends, ordinal, resting_value
 from exover.ocrd.vector import OUTCOMES
 
-GREATEST = Fraction(1.7976931348623157e308)
-"""The greatest double."""
 Holding = tuple[str, ...]
 """Names of the variables that hold arguments, in the order of their declaration."""
 
@@ -143,9 +141,9 @@ class Layout:
                 bounds = terms.constant(low, "Int"), terms.constant(high, "Int")
             case Enum(values):
                 bounds = terms.constant(0, "Int"), terms.constant(len(values) - 1, "Int")
-            case Real(low, high):
-                ends = max(low, float(-GREATEST)), min(high, float(GREATEST))
-                bounds = terms.constant(Fraction(ends[0]), "Real"), terms.constant(Fraction(ends[1]), "Real")
+            case Real():
+                low_end, high_end = finite_ends(kind)
+                bounds = terms.constant(Fraction(low_end), "Real"), terms.constant(Fraction(high_end), "Real")
             case _:
                 assert_never(kind)
         return terms.both((terms.at_most(bounds[0], term), terms.at_most(term, bounds[1])))
@@ -227,11 +225,6 @@ def sort_of(kind: Type) -> Sort:
             return "Real"
         case _:
             assert_never(kind)
-
-
-def resting_value(kind: Type) -> Value:
-    """Return the value of a type that stands for no value: of a real the one nearest to 0, else the least one."""
-    return min(max(kind.low, 0.0), kind.high) if isinstance(kind, Real) else least(kind)
 
 
 def level_name(resource: str) -> str:

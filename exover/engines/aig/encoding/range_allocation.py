@@ -10,11 +10,10 @@ from fractions import Fraction
 
 from exover.dataclass import dataclass
 from exover.engines.aig.circuit.words import Grid
-from exover.loop.exact.layout import GREATEST
 from exover.loop.tracked_predicates import TrackedPredicates, tracked_predicates
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.model.types import Real, Value
+from exover.model.types import Real, Value, finite_ends, resting_value
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import Tables
 
@@ -61,10 +60,8 @@ class RangeAllocation:
         self._compare()
 
     def _add(self, family: Family, kind: Real, first: int, end: int, holders: int) -> None:
-        ends = max(kind.low, float(-GREATEST)), min(kind.high, float(GREATEST))
-        start = min(max(kind.low, 0.0), kind.high)
-        cuts = (*ends, start, *self.tables.reals[first:end])
-        self._constants[family] = {Fraction(cut) for cut in cuts}
+        cuts = (*finite_ends(kind), resting_value(kind), *self.tables.reals[first:end])
+        self._constants[family] = set(map(fraction, cuts))
         self._holders[family] = holders
         self.compared[family] = family
 
