@@ -68,10 +68,13 @@ class Lemmas:
         return Lemmas(list(self._sets), set(self._lone))
 
     def add(self, clauses: Iterable[Clause]) -> None:
-        """Add a set of clauses that every step keeps, if all of them are assumed."""
+        """Add a set of clauses that every step keeps, if all of them are assumed.
+
+        A part of a set is kept beside it if it is over fewer latches: circuits without the others have it.
+        """
         fresh = frozenset(clauses)
-        if not any(fresh <= known for known in self._sets):
-            self._sets = [known for known in self._sets if not known <= fresh] + [fresh]
+        if not any(_replaces(known, fresh) for known in self._sets):
+            self._sets = [known for known in self._sets if not _replaces(fresh, known)] + [fresh]
 
     def of(self, circuit: Circuit) -> tuple[Clause, ...]:
         """Return lemmas that are an inductive invariant of a circuit of the graph, perhaps one with fewer latches."""
@@ -93,3 +96,12 @@ class Lemmas:
             whole |= kept
             self.add(whole)
         return tuple(sorted(whole))
+
+
+def _replaces(larger: frozenset[Clause], part: frozenset[Clause]) -> bool:
+    """Return True iff a set contains another one and is over the same latches."""
+    return part <= larger and _latches(part) == _latches(larger)
+
+
+def _latches(clauses: Iterable[Clause]) -> set[int]:
+    return {literal >> 1 for clause in clauses for literal in clause}

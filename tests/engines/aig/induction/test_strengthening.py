@@ -6,7 +6,8 @@ from functools import cache
 import pytest
 
 from exover.engines.aig.circuit.answer import Answer, Clause, Unreachable
-from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.circuit.graph import FALSE, Circuit, Graph
+from exover.engines.aig.induction import strengthening
 from exover.engines.aig.induction.pdr import decide
 from exover.engines.aig.induction.strengthening import Lemmas, strengthened
 from tests.support.circuits import random_circuit, reachable, verdicts
@@ -71,3 +72,15 @@ def test_clauses_that_are_known_are_learnt_once() -> None:
     lemmas.add(first[:1])
     assert set(lemmas.of(circuit)) == set(first) == set(apart.of(circuit))
     assert Lemmas().of(circuit) == () and strengthened(circuit, ()).circuit == circuit
+
+
+def test_the_part_that_fewer_latches_keep_is_proved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = Graph()
+    one, other = graph.latch(False), graph.latch(False)
+    fewer = graph.circuit([one, one], [FALSE])
+    lemmas = Lemmas()
+    lemmas.add([(one ^ 1,), (other ^ 1, one ^ 1)])
+    fewer = replace(fewer, latches=fewer.latches[:1])
+    proved = lemmas.of(fewer)
+    monkeypatch.delattr(strengthening, "Induction")
+    assert proved == lemmas.of(fewer) == ((one ^ 1,),)
