@@ -135,6 +135,7 @@ def _simulate(verbs: Verbs) -> None:
     simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line")
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
+    simulate.events = "--events"
     simulate.add_argument("--engine", choices=RUN_ENGINES, default="reference", help="who answers (default: reference)")
 
 
@@ -168,6 +169,7 @@ def _explain(verbs: Verbs) -> None:
         help="the spec, an .exo file; or -; of a report, its own; or a check or code, as E307",
     )
     explain.add_argument("--events", metavar="FILE", help="the events; - is standard input, the default")
+    explain.events = "--events"
     explain.add_argument(
         "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
     )

@@ -24,6 +24,9 @@ Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
 class Parser(argparse.ArgumentParser):
     """As `argparse` has it, but the parser of a verb refuses what it does not know instead of handing it back."""
 
+    events: str | None = None
+    """The option that names the events, for what a word most likely is that no argument takes."""
+
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **options})
         self.register("type", None, text)
@@ -58,7 +61,16 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unrecognized arguments: {' '.join(words)}{advice}")
 
     def _advice(self, word: str) -> str:
-        return _meant(word.partition("=")[0], self._option_string_actions) if word.startswith("-") else ""
+        if not word.startswith("-"):
+            return self._place(word)
+        return _meant(word.partition("=")[0], self._option_string_actions)
+
+    def _place(self, word: str) -> str:
+        """Return where a word that no argument takes belongs, as the end of a message; empty if that is not known."""
+        if self.events:
+            return f"; did you mean `{self.events} {word}`?"
+        several = next((each for each in self._get_positional_actions() if each.nargs in ("+", "*")), None)
+        return f"; write all of {several.metavar} together, with no option between them" if several else ""
 
     def _print_message(self, message: str, file: Any = None) -> None:
         """Print help and version by `out`: argparse would ignore a failure to write."""

@@ -130,7 +130,7 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     [
         ((), "VERB"),
         (("fly",), "invalid choice: 'fly'"),
-        (("simulate", "a", "b"), "unrecognized arguments: b"),
+        (("swap", "a", "b", "c", "--out", "d"), "unrecognized arguments: c\n"),
         (("check", "a", "--format", "xml"), "invalid choice: 'xml'"),
         (("check", "a", "--time"), "--time"),
         (("check", "a", "--deny", "notes"), "invalid choice: 'notes'"),
@@ -157,7 +157,13 @@ def test_usage(run, arguments, needle):
         (("check", "a", "--fromat=json"), "check", "unrecognized arguments: --fromat=json; did you mean `--format`?"),
         (("check", "--count", "-", "--xyzzy"), "check", "unrecognized arguments: --xyzzy\n"),
         (("emit", "a", "--taget", "c", "--out", "x"), "emit", "did you mean `--target`?"),
-        (("simulate", "a", "b"), "simulate", "unrecognized arguments: b\n"),
+        (("simulate", "a", "b"), "simulate", "unrecognized arguments: b; did you mean `--events b`?"),
+        (("explain", "a", "b"), "explain", "unrecognized arguments: b; did you mean `--events b`?"),
+        (
+            ("check", "a", "--count", "b"),
+            "check",
+            "unrecognized arguments: b; write all of SPEC together, with no option between them",
+        ),
         (("simulate", "a", "--engine", "rusty"), "simulate", "did you mean `rust`?"),
         (("--verison",), "[-h]", "unrecognized arguments: --verison; did you mean `--version`?"),
         (("chek", "a"), "[-h]", "did you mean `check`?"),
