@@ -80,7 +80,8 @@ def _write(
         complain(f"exover: error: {limits.reason}: {late}: nothing is emitted; give more with --timeout")
         return ExitStatus.UNKNOWN
     except TooLarge as reason:
-        raise CliError(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
+        advice = "nothing is emitted; leave smv out: aiger and smt2 have no such limit"
+        raise CliError(f"{shown(arguments.spec)} cannot be written as smv: {reason}: {advice}") from reason
     refuse_foreign_crate(arguments.out, artefacts)
     refuse_overwriting(arguments, *(os.path.join(arguments.out, artefact.name) for artefact in artefacts))
     out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
