@@ -4,6 +4,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from mmap import PAGESIZE
 from time import monotonic
 from traceback import clear_frames
 from types import FrameType
@@ -12,7 +13,8 @@ from exover.dataclass import dataclass
 from exover.raised import is_raised
 
 AGAIN = 0.05
-"""Seconds after which an alarm is repeated: an exception raised by one may be lost, in a finalizer for instance."""
+"""Seconds after which an alarm is repeated: an exception raised by one may be lost, in a finalizer for instance; and
+those between two looks at the memory that is taken."""
 
 INTERRUPTED = "interrupted"
 """The reason of questions without an answer after the user has pressed Ctrl-C."""
@@ -24,6 +26,10 @@ NO_MEMORY = "not enough memory"
 
 class TimeUp(Exception):
     """The time limit of a command is reached."""
+
+
+class MemoryUp(MemoryError):
+    """The memory limit of a command is reached, which the message names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,38 +69,54 @@ def limits_from(started: float, jobs: int, seconds: float | None, memory: int | 
 
 
 @contextmanager
-def interrupted(limits: Limits) -> Iterator[None]:
+def interrupted(limits: Limits, of_memory: bool = False) -> Iterator[None]:
     """Raise `TimeUp` in the body when the time is over, as soon as the interpreter is between two instructions.
 
     So a long call of C code is not ended. Without alarm signals (Windows) nothing is interrupted. Exceptions of
-    finalizers are not reported once the time is over.
+    finalizers are not reported once the time is over. `of_memory`: raise `MemoryUp` when this process takes more
+    address space than one may (on Linux only). The system is not asked to refuse more: where memory ends in a deep
+    recursion, Python 3.11 crashes.
     """
-    if limits.seconds is None or not hasattr(signal, "setitimer"):
+    memory = limits.memory if of_memory and sys.platform == "linux" else None
+    if (limits.seconds is None and memory is None) or not hasattr(signal, "setitimer"):
         yield
         return
-    over, tell = False, sys.unraisablehook
+    over: Exception | None = None
+    tell = sys.unraisablehook
 
     def ring(number: int, frame: FrameType | None) -> None:
         nonlocal over
-        over = True
-        raise TimeUp
+        if memory is not None and limits.left > 0:
+            if _address_space() <= memory << 20:
+                return
+            over = MemoryUp(limits.no_memory)
+        else:
+            over = TimeUp()
+        raise over
 
     def tell_in_time(error: "sys.UnraisableHookArgs") -> None:
-        if not over:
+        if over is None:
             tell(error)
 
     before = signal.signal(signal.SIGALRM, ring)
     sys.unraisablehook = tell_in_time
     try:
-        signal.setitimer(signal.ITIMER_REAL, max(limits.left, 1e-6), AGAIN)
+        first = limits.left if memory is None else min(limits.left, AGAIN)
+        signal.setitimer(signal.ITIMER_REAL, max(first, 1e-6), AGAIN)
         yield
     except Exception as error:
         signal.setitimer(signal.ITIMER_REAL, 0)
-        if not over or not is_raised(TimeUp, error):
+        if over is None or not is_raised(type(over), error):
             raise
         clear_frames(error.__traceback__)
-        raise TimeUp from None
+        raise type(over)(*over.args) from None
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         sys.unraisablehook = tell
+
+
+def _address_space() -> int:
+    """Return the bytes of address space that this process takes (on Linux)."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[0]) * PAGESIZE

@@ -3,14 +3,18 @@
 import ctypes
 import signal
 import sys
+from mmap import PAGESIZE
+from pathlib import Path
 from time import monotonic, sleep
 from typing import Any, Self
 
 import pytest
 
-from exover.limits import NO_LIMITS, TimeUp, interrupted, limits_from
+from exover.limits import NO_LIMITS, Limits, MemoryUp, TimeUp, interrupted, limits_from
+from exover.ocrd.diagram import deep
 
 SOON, MUCH = 0.02, 60.0
+needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux alone")
 needs_alarms = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals for alarms")
 
 
@@ -89,3 +93,41 @@ def test_what_fails_in_time_is_told(told: list[Any]) -> None:
 def test_errors_in_time_are_what_they_are() -> None:
     with pytest.raises(ctypes.ArgumentError, match="of its own"), interrupted(limits_from(monotonic(), 1, MUCH)):
         raise ctypes.ArgumentError("of its own")
+
+
+def deeper(kept: object = None) -> None:
+    deeper([kept, bytearray(1 << 20)])
+
+
+def more_than_now(pages: int = 1 << 15) -> int:
+    """Return the MiB of address space that this process takes, and 128 more."""
+    taken = int(Path("/proc/self/statm").read_text().split()[0])
+    return (taken + pages) * PAGESIZE >> 20
+
+
+@needs_linux
+def test_a_deep_recursion_ends_before_its_memory_does() -> None:
+    memory = more_than_now()
+    for seconds in (None, MUCH):
+        limits = limits_from(monotonic(), 1, seconds, memory)
+        with (
+            pytest.raises(MemoryUp, match=f"^memory limit of {memory} MiB$"),
+            deep(),
+            interrupted(limits, of_memory=True),
+        ):
+            deeper()
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+@needs_linux
+def test_the_time_is_heard_of_where_memory_is_looked_at() -> None:
+    limits = limits_from(monotonic(), 1, SOON, 1 << 30)
+    with pytest.raises(TimeUp), interrupted(limits, of_memory=True):
+        while True:
+            pass
+
+
+@needs_linux
+def test_memory_is_looked_at_only_where_that_is_asked() -> None:
+    with interrupted(Limits(memory=1)), interrupted(limits_from(monotonic(), 1, MUCH, 1)):
+        sleep(0.2)

@@ -100,7 +100,7 @@ def _refuse_clashes(versions: Versions) -> None:
 def _compared(old: ReadVersion, new: ReadVersion, renamed: dict[str, str], abc: str | None, limits: Limits) -> Compared:
     engines = portfolio(abc)
     with ProgressLine() as progress:
-        with interrupted(limits):
+        with interrupted(limits, of_memory=True):
             progress("tables")
             sides = old.built(), new.built()
 

@@ -20,6 +20,7 @@ from exover.emit.config import FILE
 from exover.engines.smt.solver import Inconclusive
 from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.finite.tested_bounds import TooLarge
+from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, EmitTarget, build, emit
 from exover.rendering import report, summarise
@@ -40,12 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if set(targets) <= set(QUESTIONS):
         _, model, properties = read(arguments)
-        return _write(arguments, targets, build(model), properties, limits)
+        return _write(arguments, targets, _made(model, limits), properties, limits)
     if arguments.unchecked:
         model, properties = (
             read(arguments)[1:] if set(targets) & set(QUESTIONS) else (read_spec(arguments.spec), NO_PROPERTIES)
         )
-        return _write(arguments, targets, build(model, unchecked=True), properties, limits)
+        return _write(arguments, targets, _made(model, limits, unchecked=True), properties, limits)
     try:
         with interrupted(limits):
             _, model, properties = read(arguments)
@@ -59,6 +60,12 @@ def run(arguments: argparse.Namespace) -> int:
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
         return ExitStatus.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
     return _write(arguments, targets, built, properties, limits)
+
+
+def _made(model: Model, limits: Limits, unchecked: bool = False) -> Build:
+    """Return the tables of a model; only their memory is limited."""
+    with interrupted(Limits(memory=limits.memory), of_memory=True):
+        return build(model, unchecked)
 
 
 def _write(

@@ -19,7 +19,7 @@ from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.ending import heeded
-from exover.limits import NO_MEMORY
+from exover.limits import NO_MEMORY, MemoryUp
 from exover.raised import TablesTooLarge, is_raised, out_of_memory
 
 OBJECTS = 100_000
@@ -72,7 +72,8 @@ class ExitGuard:
                 self.reason = f"{error.strerror}" + (f": {error.filename}" if error.filename else "")
                 complain(f"exover: error: {self.reason}")
             case _ if out_of_memory(error):
-                self.status, self.reason = ExitStatus.UNKNOWN, NO_MEMORY
+                self.reason = str(error) if isinstance(error, MemoryUp) else NO_MEMORY
+                self.status = ExitStatus.UNKNOWN
                 complain(f"exover: error: {self.reason}: nothing more is known")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else ExitStatus.OK

@@ -19,7 +19,7 @@ def run(arguments: argparse.Namespace) -> int:
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
         with ProgressLine() as progress:
-            with interrupted(limits):
+            with interrupted(limits, of_memory=True):
                 old, new = (build(read_spec(path)) for path in (arguments.old, arguments.new))
             progress("rules")
             content, answer = swap(old, new, lambda asked: _verdicts(old, asked, limits, progress))

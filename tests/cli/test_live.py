@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 from collections import Counter
+from itertools import count
+from mmap import PAGESIZE
 from pathlib import Path
 
 import pytest
@@ -243,6 +245,18 @@ def test_tables_that_take_too_much_memory_leave_all_unknown(spec, insatiable, ca
     assert told.err == ""
     assert "not enough memory" in told.out
     assert "internal fault" not in told.out
+
+
+@needs_linux
+@pytest.mark.parametrize(("command", "said"), [("check", "out"), ("emit", "err")])
+def test_tables_are_made_within_the_memory_that_is_given(spec, monkeypatch, capsys, tmp_path, command, said):
+    monkeypatch.setattr(check_module, "build", lambda model: [bytearray(1 << 20) for _ in count()])
+    memory = (int(Path("/proc/self/statm").read_text().split()[0]) * PAGESIZE >> 20) + 100
+    options = ["--no-cache"] if command == "check" else ["--target", "bin", "--out", str(tmp_path / "out")]
+    assert main([command, str(spec), "--memory", str(memory), *options]) == 3
+    told = capsys.readouterr()
+    assert f"memory limit of {memory} MiB" in getattr(told, said)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_command_without_memory_says_so(spec, monkeypatch, capsys):
