@@ -18,6 +18,7 @@ from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
+from exover.engines.bdd.effort import LIMITS
 from exover.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.model import Model
@@ -175,16 +176,25 @@ class _Sheet:
     answers: dict[int, TaskAnswer | Lost] = field(default_factory=dict)
 
     def take(self, number: int, answer: TaskAnswer | Lost) -> bool:
-        """Record the answer of a task; return whether it is `unknown`. Tell the audience if its question is decided."""
+        """Record the answer of a task; return whether the next engine is to be asked.
+
+        Tell the audience if its question is decided.
+        """
         self.answers[number] = answer
         place, question = self.runner.place(number)
         if place == len(self.runner.engines.names):
             return False
         said = self._said(number)
         row = self._row(question)
-        if not self._open(row) or (said.verdict != "unknown" and not self.runner.engines.compared):
+        goes_on = said.verdict == "unknown" and not self._given_up(place, row)
+        if not self._open(row) or not (goes_on or self.runner.engines.compared):
             self.audience.finds(self.answer([each for each in row if each is not None]))
-        return said.verdict == "unknown"
+        return goes_on
+
+    def _given_up(self, place: int, row: Sequence[Finding | None]) -> bool:
+        """Return whether Z3 would be next, and diagrams came to their limit: such a question takes Z3 long, too."""
+        left = self.runner.engines.names[place + 1 :]
+        return left[:1] == ("z3",) and any(each is not None and each.message in LIMITS for each in row)
 
     def answer(self, row: Sequence[Finding]) -> Finding:
         """Return the finding of a question, given those of the engines: joined if they are compared, else the first."""
@@ -193,11 +203,12 @@ class _Sheet:
     def row(self, question: int, reason: str) -> Sequence[Finding]:
         """Return the findings of the engines for a question; one that was not asked is `unknown` for this reason.
 
-        Unless engines are compared, those not asked are left out if another has a verdict.
+        Unless engines are compared, those not asked are left out if another has a verdict, or if there is no reason.
         """
         found = self._row(question)
         known = [each for each in found if each is not None]
-        if not self.runner.engines.compared and any(each.verdict != "unknown" for each in known):
+        decided = not reason or any(each.verdict != "unknown" for each in known)
+        if decided and known and not self.runner.engines.compared:
             return known
         tasks = self._tasks(question)
         return [

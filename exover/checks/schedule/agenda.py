@@ -21,17 +21,19 @@ GROWTH = 4
 class Lot:
     """Similar questions by number, for instance those of one check to one engine.
 
-    `rank`: lots of a lower rank are asked first. `together`: one process is asked all of them at once.
+    `rank`: lots of a lower rank are asked first. `together`: one process is asked all of them at once; `in_order`: it
+    answers them one after the other.
     """
 
     numbers: Collection[int]
     rank: int = 0
     together: bool = False
+    in_order: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """The questions that a process is asked at once, by number and in order; `together`: as in their lot.
+    """The questions that a process is asked at once, by number and in order; `together`, `in_order`: as in their lot.
 
     The process may take `seconds` for each answer, and `most` seconds for all.
     """
@@ -40,6 +42,12 @@ class Turn:
     seconds: float = inf
     most: float = inf
     together: bool = False
+    in_order: bool = False
+
+    def lost(self, left: Collection[int]) -> list[int]:
+        """Return which of the questions still open are lost with the process that was asked: all, if it may be any."""
+        one_by_one = self.in_order or len(left) < len(self.numbers)
+        return sorted(left)[:1] if one_by_one else sorted(left)
 
 
 @dataclass
@@ -153,7 +161,7 @@ class Agenda:
         seconds = min(left, self._stretch * GROWTH ** queue.ready[0][0], max(left / 2, self._stretch))
         numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
         queue.ready.clear()
-        return Turn(numbers, seconds, max(left / 2, seconds), together=True)
+        return Turn(numbers, seconds, max(left / 2, seconds), together=True, in_order=queue.lot.in_order)
 
     def _one_of(self, ready: Sequence[_Queue], left: float) -> Turn:
         """Return the turn of one question; if every lot is closed in this round, begin the next, with longer slices."""

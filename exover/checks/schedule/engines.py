@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
 from exover.dataclass import dataclass
+from exover.engines.bdd.effort import OutOfSteps, limited
 from exover.loop.claim import Claim, Judge, SayOpinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -59,10 +60,21 @@ CLASSES = 1000
 component that settles its request. Specs of teams for which this took seconds have 5 600 and 8 200 cells, and none of
 their components reads few bits."""
 
+GLANCE = 20_000_000
+"""The steps that diagrams may take until it is known whether they are asked first: some 20 seconds, where specs of
+teams take a hundredth of that."""
+
 
 def suited(engines: Engines, analysis: "Analysis") -> Engines:
     """Return the engines in the order in which they are asked: `bdd` first if the loop suits diagrams."""
-    if not engines.adaptive or not _suits_diagrams(analysis):
+    if not engines.adaptive:
+        return engines
+    try:
+        with limited(GLANCE):
+            suits = _suits_diagrams(analysis)
+    except OutOfSteps:
+        suits = False
+    if not suits:
         return engines
     return replace(engines, names=tuple(sorted(engines.names, key=lambda name: name != "bdd")))
 
@@ -145,19 +157,20 @@ class Whole:
             say(number, opinion)
 
 
-def at_once(name: EngineName, limited: bool) -> bool:
-    """Return whether an engine is asked all claims at once; `limited`: any answer may be cut off by a time limit.
+def at_once(name: EngineName, engines: Engines, cut_off: bool) -> bool:
+    """Return whether an engine is asked all claims at once; `cut_off`: any answer may be, by a time limit.
 
     Z3 is, unless time is limited: its answers depend on what it was asked before, which must be the same for any number
-    of processes. With a time limit it is better asked one claim after the other.
+    of processes. With a time limit it is better asked one claim after the other. So are diagrams where they are asked
+    what is left: the hardest questions, which may come to a limit of steps.
     """
     match name:
         case "bdd":
-            return False
+            return not cut_off and engines.names[0] != "bdd"
         case "aig":
             return True
         case "z3" | "nusmv":
-            return not limited
+            return not cut_off
         case _:
             assert_never(name)
 

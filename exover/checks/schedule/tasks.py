@@ -1,6 +1,7 @@
 """The questions about a loop as numbered tasks: one for each engine and question, and the figures of the loop."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import field, replace
 from math import inf
 from time import perf_counter
@@ -15,6 +16,7 @@ from exover.checks.schedule.opinions import finding_of
 from exover.checks.schedule.serving import Say
 from exover.dataclass import dataclass
 from exover.engines.bdd.concretize import SpuriousRun
+from exover.engines.bdd.effort import Effort, OutOfSteps, limited
 from exover.loop.claim import APPROXIMATE, Claim, Judge, Opinion, Progress, believed
 from exover.loop.finite.tested_bounds import TooLarge
 
@@ -22,6 +24,9 @@ SHOWN = 0.05
 """Seconds between two progress messages, at least: many questions take less."""
 MARGIN = 0.8
 """The fraction of its slice after which an engine gives up by itself, before its process is halted."""
+STEPS, PART = 400_000_000, 4
+"""The steps that diagrams may take, without a time limit, for all questions that they do not answer; one question may
+take one `PART`th of what is left of them: of the first some two minutes."""
 
 TaskAnswer = Finding | int | Counted | None
 
@@ -43,6 +48,8 @@ class TaskRunner:
     spare: bool = False
     _judges: dict[str, tuple[float, Judge]] = field(default_factory=dict)
     _told: float = -inf
+    _steps: float = 0
+    """The steps that diagrams have taken for questions that they did not answer."""
 
     # ---- tasks ----
 
@@ -57,8 +64,8 @@ class TaskRunner:
 
     def _lots(self, engine: EngineName, first: int) -> Iterator[Lot]:
         """Yield the tasks of an engine, numbered from `first`: one lot if asked at once, else one for each check."""
-        if at_once(engine, self.limited):
-            yield Lot(range(first, first + len(self.questions)), together=True)
+        if at_once(engine, self.engines, self.limited):
+            yield Lot(range(first, first + len(self.questions)), together=True, in_order=engine == "bdd")
             return
         checks: dict[str, list[int]] = {}
         for number, (_, question) in enumerate(self.questions):
@@ -72,11 +79,10 @@ class TaskRunner:
         place, _ = self.place(turn.numbers[0])
         if place == len(self.engines.names):
             (number,) = turn.numbers
-            figure = self.examination.counted if self.place(number)[1] else self.examination.state_bits
-            say(number, figure(progress))
+            say(number, self._counted(progress) if self.place(number)[1] else self.examination.state_bits(progress))
             return
         name = self.engines.names[place]
-        if at_once(name, self.limited):
+        if at_once(name, self.engines, self.limited):
             self._batch(name, turn.numbers, say, progress)
         else:
             (number,) = turn.numbers
@@ -110,6 +116,10 @@ class TaskRunner:
 
     def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[TaskAnswer], progress: Progress) -> None:
         """Pass the findings of an engine that is asked all at once to `say`."""
+        if engine == "bdd":
+            for number in numbers:
+                say(number, self._decided(self.place(number)[1], progress))
+            return
         progress(f"all that {engine} can answer")
         spare = self.spare and engine == self.engines.names[0]
         judge = batch_of(engine, self.engines, self.examination.compiled, self.examination.properties, spare)
@@ -139,17 +149,36 @@ class TaskRunner:
         return self._timed(check, found, started)
 
     def _decided(self, number: int, progress: Progress) -> Finding:
-        """Return the finding of decision diagrams for a question; `unknown` if they cannot express it."""
+        """Return the finding of decision diagrams for a question.
+
+        It is `unknown` if they cannot express it or, without a time limit, if it takes them too many steps.
+        """
         check, question = self.questions[number]
         started = self._begin(question, progress)
         try:
-            finding = check.decide(self.examination.context(progress), question)
+            with self._limited() as effort:
+                finding = check.decide(self.examination.context(progress), question)
             if self.examination.reads_reals and not self._believed(number, finding):
                 approximate = self.examination.context(progress).analysis.loop.approximate
                 finding = question.unknown(APPROXIMATE) if approximate else finding
             return self._timed(check, finding, started)
+        except OutOfSteps as reason:
+            self._steps += effort.taken
+            return self._timed(check, question.unknown(str(reason)), started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
+
+    def _limited(self) -> AbstractContextManager[Effort]:
+        """Return a context for the work of diagrams at one question."""
+        return limited(inf if self.limited else (STEPS - self._steps) / PART)
+
+    def _counted(self, progress: Progress) -> Counted:
+        """Return the number of reachable states, or why it is not known."""
+        try:
+            with self._limited():
+                return self.examination.counted(progress)
+        except OutOfSteps as reason:
+            return Counted(None, str(reason))
 
     def _believed(self, number: int, finding: Finding) -> bool:
         """Return whether a finding of decision diagrams is right even if their loop has too many runs."""

@@ -102,14 +102,15 @@ def _in_turn(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -
             left.discard(number)
             agenda.answered(number, take(number, answer))
 
-        reason = GAVE_UP
+        lost, reason = left, GAVE_UP
         try:
             work(turn, say, progress)
         except Exception as error:
             if not is_memory(error):
                 raise
-            reason = NO_MEMORY
-        for number in sorted(left):
+            lost, reason = set(turn.lost(left)), NO_MEMORY
+        agenda.again(sorted(left - lost))
+        for number in sorted(lost):
             agenda.answered(number, take(number, Lost(reason)))
 
 
@@ -318,13 +319,10 @@ class _Pool(Generic[T]):
         worker.turn, worker.left = NO_TURN, set()
 
     def _note_end(self, worker: _Worker, reason: str) -> None:
-        """Record that a worker has ended: if it had answered something, only its first open question is lost, else all.
-
-        The other open questions are asked again.
-        """
-        if len(worker.left) < len(worker.turn.numbers):
-            self._agenda.again(sorted(worker.left)[1:])
-            worker.left = set(sorted(worker.left)[:1])
+        """Record that a worker has ended; open questions that are not lost with it (`Turn.lost`) are asked again."""
+        lost = set(worker.turn.lost(worker.left))
+        self._agenda.again(sorted(worker.left - lost))
+        worker.left = lost
         self._lose(worker, reason)
 
     def _lose(self, worker: _Worker, reason: str) -> None:

@@ -8,6 +8,7 @@ it by expansion (Shannon 1938).
 from collections.abc import Iterable, Mapping, Sequence
 
 from exover.dataclass import dataclass
+from exover.engines.bdd.effort import Meter
 from exover.engines.bdd.manager import BddManager, Set
 
 FEW, SMALL = 5, 100
@@ -16,11 +17,15 @@ FEW, SMALL = 5, 100
 
 @dataclass(frozen=True)
 class FewBits:
-    """A manager of BDDs with its own operations on few bits; everything else is delegated to `manager`."""
+    """A manager of BDDs with its own operations on few bits; everything else is delegated to `manager`.
+
+    `meter` is told of the operations.
+    """
 
     manager: BddManager
     true: Set
     false: Set
+    meter: Meter
 
     def declare(self, *names: str) -> None:
         """Add bits, below those that there are."""
@@ -41,8 +46,9 @@ class FewBits:
 
     def exist(self, names: Iterable[str], states: Set) -> Set:
         """Return the states with these bits existentially quantified."""
-        chosen = tuple(names)
-        if len(chosen) > FEW or len(states) > SMALL:
+        chosen, size = tuple(names), len(states)
+        self.meter.work(size)
+        if len(chosen) > FEW or size > SMALL:
             return self.manager.exist(chosen, states)
         for name in chosen:
             states = self._where(name, self.true, states) | self._where(name, self.false, states)
@@ -50,9 +56,11 @@ class FewBits:
 
     def let(self, values: Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set], states: Set) -> Set:
         """Return the states with bits replaced, simultaneously."""
+        size = len(states)
+        self.meter.work(size)
         if len(values) > FEW:
             values = {name: values[name] for name in self.manager.support(states) & values.keys()}  # type: ignore[assignment]
-        if len(states) > SMALL:
+        if size > SMALL:
             return self.manager.let(values, states) if values else states
         functions = []
         for name, value in ((name, self._set(value)) for name, value in values.items()):
@@ -89,10 +97,12 @@ class FewBits:
 
     def apply(self, operator: str, one: Set, other: Set) -> Set:
         """Return the result of a Boolean operator on two sets."""
+        self.meter.work(len(one))
         return self.manager.apply(operator, one, other)
 
     def ite(self, condition: Set, one: Set, other: Set) -> Set:
         """Return `one` where the condition holds, else `other`."""
+        self.meter.work(len(condition))
         return self.manager.ite(condition, one, other)
 
     def support(self, states: Set) -> set[str]:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from functools import cached_property, reduce
 from operator import and_, or_
 
+from exover.engines.bdd.effort import Meter
 from exover.engines.bdd.few_bits import FewBits
 from exover.engines.bdd.manager import BddManager, Set
 from exover.loop.finite.builder import ClosedLoop
@@ -28,7 +29,9 @@ def new_manager() -> BddManager:
             room = {}
     manager: BddManager = BDD(**room)
     manager.configure(reordering=False)
-    return FewBits(manager, manager.true, manager.false) if type(manager).__module__ == "dd.cudd" else manager
+    if type(manager).__module__ != "dd.cudd":
+        return manager
+    return FewBits(manager, manager.true, manager.false, Meter(manager))
 
 
 def restriction(manager: BddManager) -> Callable[[Set, Set], Set] | None:
@@ -243,7 +246,7 @@ class Space:
             grown: dict[int, Set] = {}
             for total, states in sums.items():
                 for weight, where in [*parts, (0, rest)]:
-                    both = states & where
+                    both = self.bdd.apply("&", states, where)
                     if both != self.none:
                         grown[total + weight] = grown.get(total + weight, self.none) | both
             sums = grown

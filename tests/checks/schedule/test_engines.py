@@ -21,6 +21,7 @@ from exover.checks.schedule.engines import LARGE as BITS
 from exover.checks.schedule.examination import Examination
 from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_spec
+from exover.engines.bdd import effort
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.loopsets import LoopSets
 from exover.limits import NO_LIMITS, Limits, limits_from
@@ -383,3 +384,26 @@ def test_readings_of_one_enum_are_compared(engines: Engines, assumed: str, kept:
     findings = check_all(made.compiled, silent, CheckPlan(properties=loaded.properties, engines=engines)).findings
     assert {each.verdict for each in findings if each.check == "tables"} == {"holds"}
     assert [each.verdict for each in findings if each.check == "property"] == [kept]
+
+
+# ---- limits of diagrams ----
+
+
+@pytest.mark.parametrize("limits", [NO_LIMITS, Limits(1), Limits(2)])
+@pytest.mark.parametrize(("first", "asked_too"), [("bdd", "aig"), ("aig", "")])
+def test_what_takes_diagrams_too_many_steps_is_unknown_and_not_asked_of_z3(
+    monkeypatch: pytest.MonkeyPatch, limits: Limits, first: str, asked_too: str
+) -> None:
+    monkeypatch.setattr(tasks, "STEPS", 0)
+    monkeypatch.setattr(effort, "OFTEN", 0)
+
+    def say(name: str, claim: Claim) -> Opinion:
+        assert name == "aig", "Z3 is asked"
+        return Opinion("unknown", "", "no idea")
+
+    engines = Engines(("bdd", "aig", "z3") if first == "bdd" else ("aig", "bdd", "z3"))
+    found = by_key(ask(monkeypatch, SPEC, engines, say, limits))
+    assert found["reachability", "m.c"].verdict == "unknown"
+    assert sorted(found["reachability", "m.c"].message.split("; ")) == sorted(
+        ["step limit of diagrams", "aig: no idea"] if asked_too else ["no idea", "bdd: step limit of diagrams"]
+    )

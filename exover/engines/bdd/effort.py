@@ -1,0 +1,123 @@
+"""The work of decision diagrams, limited by what their managers count, so that it ends alike on every machine."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import field
+from math import inf
+from typing import Any
+
+from exover.dataclass import dataclass
+
+MEMORY = 1 << 30
+"""The bytes that a manager may take where its steps are limited: about 25 million nodes.
+
+It ends a single operation that would take too many steps."""
+OFTEN, SIZE = 1 << 8, 1 << 6
+"""A manager is looked at after `OFTEN` operations; one on a set of n times `SIZE` nodes counts as n more."""
+SCANNED = 1 << 10
+"""To look at a manager takes it the time of one operation for each so many slots of its tables."""
+
+
+NO_NODE = ("is `NULL` pointer", "run out of memory", "compose failed", "cofactor failed", "swap failed")
+"""What dd says where CUDD has made no node."""
+
+
+LIMITS = STEP_LIMIT, NODE_LIMIT = "step limit of diagrams", "node limit of diagrams"
+"""The reasons of questions without an answer where diagrams took all their steps, or all their memory."""
+
+
+class OutOfSteps(Exception):
+    """Diagrams have taken all the steps, or all the memory, that they may take; the message says which."""
+
+
+@dataclass
+class Effort:
+    """The steps that managers have taken in a body of `limited`, and the most that they may take there.
+
+    A step is a look-up in the computed table of CUDD, of which each call of a recursive operation makes one.
+    """
+
+    most: float
+    taken: float = 0
+    managers: list[tuple[Any, int]] = field(default_factory=list)
+    """The managers whose memory is limited, each with what it might take before."""
+
+    def restrict(self, manager: Any) -> None:
+        """Limit the memory of one of CUDD's managers until the body ends."""
+        if self.most < inf:
+            self.managers.append((manager, manager.configure(max_memory=MEMORY)["max_memory"]))
+
+    def take(self, steps: float) -> None:
+        """Count steps; raises `OutOfSteps` if they are too many."""
+        self.taken += steps
+        if self.taken > self.most:
+            raise OutOfSteps(STEP_LIMIT)
+
+    def end(self) -> None:
+        """Give managers the memory back that they might take before."""
+        for manager, memory in self.managers:
+            manager.configure(max_memory=memory)
+
+
+_CURRENT: ContextVar[Effort | None] = ContextVar("effort", default=None)
+
+
+@contextmanager
+def limited(most: float) -> Iterator[Effort]:
+    """Raise `OutOfSteps` in the body once all managers together have taken so many steps in it, or one its memory."""
+    effort = Effort(most)
+    before = _CURRENT.set(effort)
+    try:
+        yield effort
+    except (ValueError, RuntimeError) as error:
+        if not effort.managers or not _says_no_node(error):
+            raise
+        effort.taken = max(effort.taken, most)
+        raise OutOfSteps(NODE_LIMIT) from None
+    finally:
+        _CURRENT.reset(before)
+        effort.end()
+
+
+def current() -> Effort | None:
+    """Return the effort of the innermost body of `limited`; None outside of all."""
+    return _CURRENT.get()
+
+
+def _says_no_node(error: Exception) -> bool:
+    """Return whether dd has raised an error because CUDD made no node: dd has no exception of its own for that."""
+    return any(text in str(error) for text in NO_NODE)
+
+
+@dataclass
+class Meter:
+    """Counts the steps of one of CUDD's managers, which it reads now and then: CUDD scans its tables for that."""
+
+    manager: Any
+    _rest: int = 0
+    _seen: float = 0
+    _effort: Effort | None = None
+
+    def work(self, nodes: int) -> None:
+        """Count an operation on a set of so many nodes; raises `OutOfSteps` as `Effort.take` does."""
+        self._rest -= 1 + nodes // SIZE
+        if self._rest < 0:
+            self._look()
+
+    def _look(self) -> None:
+        """Count the steps since the last look in the same body."""
+        effort, self._rest = current(), OFTEN
+        if effort is None or effort.most == inf:
+            return
+        with warnings.catch_warnings():  # dd warns of what another figure has meant in other versions
+            warnings.simplefilter("ignore")
+            figures = self.manager.statistics()
+        self._rest = max(OFTEN, (figures["unique_size"] + figures["cache_size"]) // SCANNED)
+        steps, self._seen = figures["cache_lookups"] - self._seen, figures["cache_lookups"]
+        if effort is self._effort:
+            effort.take(steps)
+        else:
+            self._effort = effort
+            effort.restrict(self.manager)
