@@ -5,7 +5,7 @@ That the passes of the graph are enough is a question like the others: nothing i
 are followed on the reference interpreter before they count.
 """
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from copy import copy, deepcopy
 from dataclasses import field, replace
 from functools import cached_property
@@ -64,7 +64,11 @@ class Inquiry:
         self.evidence = Evidence(self._goes_on, self._some_run_is_fair)
         self._asked = Questions(self.encoding)
         self.questions: list[RunQuestion] = [self._question(self._asked, claim) for claim in self.claims]
-        self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
+        self.leaves: dict[Leaf, list[int]] = {}
+        """The elementary questions, each with the claims that it is a part of, by place."""
+        for number, question in enumerate(self.questions):
+            for leaf in questions_in(question):
+                self.leaves.setdefault(leaf, []).append(number)
         bad = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)} - {FALSE}
         self.bad_states = BadStates(
             self.encoding,
@@ -151,9 +155,16 @@ class Inquiry:
         return asked
 
     def _heard(self, answers: Sequence[Answered]) -> None:
-        """Take answers to elementary questions, and say the opinions that follow."""
+        """Take answers to elementary questions, and say the opinions that follow.
+
+        Of claims that these are no part of nothing new follows, unless the answers say whether runs can go on.
+        """
         self.evidence.found.update(answers)
-        self._tell()
+        changed = {leaf for leaf, _ in answers}
+        if changed <= self.leaves.keys():
+            self._tell(sorted({number for leaf in changed for number in self.leaves[leaf]}))
+        else:
+            self._tell()
 
     def _waits_end(self) -> None:
         """Conclude that a request which never starves has no deadlock: every wait of it has a way out.
@@ -338,10 +349,14 @@ class Inquiry:
         traces = self.bad_states.concretizer.traces([] if found is None else [found])
         return next((trace for trace in traces if isinstance(trace, Trace)), None)
 
-    def _tell(self, final: bool = False) -> None:
-        """Say the opinion on each claim that is decided or has all its questions answered; on all claims if `final`."""
-        for number, question in enumerate(self.questions):
+    def _tell(self, about: Iterable[int] | None = None, final: bool = False) -> None:
+        """Say the opinion on each claim that is decided or has all its questions answered; on all claims if `final`.
+
+        Only the claims of these places are looked at; None: all.
+        """
+        for number in range(len(self.claims)) if about is None else about:
             if number not in self._said:
+                question = self.questions[number]
                 opinion = self.evidence.opinion(question, self.claims[number])
                 known = opinion.verdict != "unknown" or self.evidence.is_complete(question)
                 if final or (known and STRANDED not in opinion.message):

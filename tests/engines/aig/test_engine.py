@@ -11,14 +11,16 @@ from typing import Any
 
 import pytest
 
+from benchmarks.families import queues
 from exover.checks.schedule.plan import CheckPlan
 from exover.engines.aig import bad_states, engine, inquiry, portfolio
 from exover.engines.aig.bad_states import BadStates
 from exover.engines.aig.circuit.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.encoding.encoder import Encoding
+from exover.engines.aig.encoding.questions import RunQuestion
 from exover.engines.aig.engine import UNSETTLED, Aig
-from exover.engines.aig.evidence import STRANDED, Answered
+from exover.engines.aig.evidence import STRANDED, Answered, Evidence
 from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness.judging import Judging
 from exover.engines.aig.portfolio import Portfolio
@@ -33,6 +35,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import enumerated
 from tests.support.engines import model_of
+from tests.support.growth import LINEAR
 from tests.support.launches import LINKED, chain
 from tests.support.mutants import mutants
 from tests.support.small import compiled
@@ -558,3 +561,16 @@ def test_damaged_tables_are_never_a_fault_but_that_they_disagree(spec: str) -> N
             counts["disagreement"] += 1
         counts[way] += 1
     assert counts["disagreement"]
+
+
+def test_opinions_are_formed_as_answers_come_in_and_not_each_time_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    formed, form = Counter[int](), Evidence.opinion
+
+    def opinion(mine: Evidence, question: RunQuestion, claim: Claim) -> Opinion:
+        formed[size] += 1
+        return form(mine, question, claim)
+
+    monkeypatch.setattr(Evidence, "opinion", opinion)
+    for size in (4, 8):
+        judged(compiled(model_of(queues(size))), NO_PROPERTIES)
+    assert formed[8] < LINEAR * formed[4]

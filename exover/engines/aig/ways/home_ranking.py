@@ -70,6 +70,10 @@ class _Launches:
             self._comes[name] = graph.conjunction(after, before ^ 1)
             self._goes[name] = graph.conjunction(before, after ^ 1)
         self._larger_goes = graph.any(literal for name, literal in self._goes.items() if name not in self.required)
+        self._slots: dict[str, list[str]] = {name: [] for name in layout.places}
+        for (name, _), slot in layout.slots.items():
+            self._slots[name].append(slot.active)
+        self._found: dict[tuple[str, str | None], Literal] = {}
 
     def of(self, request: str, reported: str | None) -> Literal:
         """Return where a request is newly active or to come, and nothing larger has gone but perhaps what was reported.
@@ -77,13 +81,17 @@ class _Launches:
         `reported`: the variable that says whether the slot is active whose report the step is. If it is active
         afterwards, it became so.
         """
-        layout, graph = self.encoding.latches, self.graph
-        fresh = []
-        for (name, _), slot in layout.slots.items():
-            if name == request:
-                (active,) = layout.literals[slot.active]
-                after = self.encoding.following[active]
-                fresh.append(after if slot.active == reported else graph.conjunction(after, active ^ 1))
+        asked = request, reported if reported in self._slots[request] else None  # another's slot makes no difference
+        if asked not in self._found:
+            self._found[asked] = self._of(*asked)
+        return self._found[asked]
+
+    def _of(self, request: str, reported: str | None) -> Literal:
+        graph, fresh = self.graph, []
+        for slot in self._slots[request]:
+            (active,) = self.encoding.latches.literals[slot]
+            after = self.encoding.following[active]
+            fresh.append(after if slot == reported else graph.conjunction(after, active ^ 1))
         active = graph.conjunction(graph.any(fresh), self._goes[request] ^ 1)
         larger = self._larger_goes if request in self.required else FALSE
         return graph.conjunction(graph.any((active, self._comes[request])), larger ^ 1)
