@@ -80,6 +80,7 @@ class Space:
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
+        self._totals: dict[tuple[tuple[int, GuardedValue], ...], dict[int, Set]] = {}
 
     def complement(self, states: Set) -> Set:
         """Return the states that are not among these."""
@@ -236,7 +237,13 @@ class Space:
         return self._sums[entry]
 
     def sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, Set]:
-        """Return for each value of `sum(factor * term)` the states in which it has it."""
+        """Return for each value of `sum(factor * term)` the states in which it has it; many conditions read one sum."""
+        asked = tuple(terms)
+        if asked not in self._totals:
+            self._totals[asked] = self._sum_of(terms)
+        return self._totals[asked]
+
+    def _sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, Set]:
         sums = {0: self.all}
         for factor, term in terms:
             parts = [(factor * weight, self._guarded(guard)) for guard, weight in term]
