@@ -16,7 +16,7 @@ MEMORY = 1 << 30
 It ends a single operation that would take too many steps."""
 OFTEN, SIZE = 1 << 8, 1 << 6
 """A manager is looked at after `OFTEN` operations; one on a set of n times `SIZE` nodes counts as n more."""
-SCANNED = 1 << 10
+SCANNED = 1 << 12
 """To look at a manager takes it the time of one operation for each so many slots of its tables."""
 
 
