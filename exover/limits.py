@@ -32,6 +32,11 @@ class MemoryUp(MemoryError):
     """The memory limit of a command is reached, which the message names."""
 
 
+def memory_reason(error: BaseException) -> str:
+    """Return the reason of what has no answer for an exception that says that there is no memory."""
+    return str(error) if isinstance(error, MemoryUp) else NO_MEMORY
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """At most `jobs` worker processes; `seconds` in all, until `deadline` on the clock of `monotonic`.

@@ -3,8 +3,6 @@
 import ctypes
 import signal
 import sys
-from mmap import PAGESIZE
-from pathlib import Path
 from time import monotonic, sleep
 from typing import Any, Self
 
@@ -12,6 +10,7 @@ import pytest
 
 from exover.limits import NO_LIMITS, Limits, MemoryUp, TimeUp, interrupted, limits_from
 from exover.ocrd.diagram import deep
+from tests.support.memory import more_than_now
 
 SOON, MUCH = 0.02, 60.0
 needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux alone")
@@ -99,15 +98,9 @@ def deeper(kept: object = None) -> None:
     deeper([kept, bytearray(1 << 20)])
 
 
-def more_than_now(pages: int = 1 << 15) -> int:
-    """Return the MiB of address space that this process takes, and 128 more."""
-    taken = int(Path("/proc/self/statm").read_text().split()[0])
-    return (taken + pages) * PAGESIZE >> 20
-
-
 @needs_linux
 def test_a_deep_recursion_ends_before_its_memory_does() -> None:
-    memory = more_than_now()
+    memory = more_than_now(128)
     for seconds in (None, MUCH):
         limits = limits_from(monotonic(), 1, seconds, memory)
         with (

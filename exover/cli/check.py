@@ -32,7 +32,7 @@ from exover.cli.status import CliError, ExitStatus, severest
 from exover.cli.streams import Complaints, ProgressLine, complain, out
 from exover.diagnostics import Severity, quote
 from exover.emit.artefact import Artefact
-from exover.limits import INTERRUPTED, NO_MEMORY, Limits, MemoryUp, TimeUp, interrupted, limits_from
+from exover.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from, memory_reason
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
@@ -219,7 +219,7 @@ def decide(
         except Exception as error:
             if not out_of_memory(error):
                 raise
-            return None, unanswered(model, plan, str(error) if isinstance(error, MemoryUp) else NO_MEMORY)
+            return None, unanswered(model, plan, memory_reason(error))
         outcome = check(built, progress, plan, limits=limits, audience=progress, store=store)
         progress.finish()
     if outcome.note:

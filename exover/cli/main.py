@@ -19,7 +19,7 @@ from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 from exover.ending import heeded
-from exover.limits import NO_MEMORY, MemoryUp
+from exover.limits import memory_reason
 from exover.raised import TablesTooLarge, is_raised, out_of_memory
 
 OBJECTS = 100_000
@@ -72,8 +72,7 @@ class ExitGuard:
                 self.reason = f"{error.strerror}" + (f": {error.filename}" if error.filename else "")
                 complain(f"exover: error: {self.reason}")
             case _ if out_of_memory(error):
-                self.reason = str(error) if isinstance(error, MemoryUp) else NO_MEMORY
-                self.status = ExitStatus.UNKNOWN
+                self.status, self.reason = ExitStatus.UNKNOWN, memory_reason(error)
                 complain(f"exover: error: {self.reason}: nothing more is known")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else ExitStatus.OK

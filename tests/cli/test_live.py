@@ -10,7 +10,6 @@ import subprocess
 import sys
 from collections import Counter
 from itertools import count
-from mmap import PAGESIZE
 from pathlib import Path
 
 import pytest
@@ -27,6 +26,7 @@ from tests.cli.processes import ENDLESS, await_begun, gone
 from tests.cli.specs import DEAF
 from tests.support.command import COMMAND, environment
 from tests.support.compiled import keeping_compiler
+from tests.support.memory import more_than_now
 
 needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 
@@ -251,7 +251,7 @@ def test_tables_that_take_too_much_memory_leave_all_unknown(spec, insatiable, ca
 @pytest.mark.parametrize(("command", "said"), [("check", "out"), ("emit", "err")])
 def test_tables_are_made_within_the_memory_that_is_given(spec, monkeypatch, capsys, tmp_path, command, said):
     monkeypatch.setattr(check_module, "build", lambda model: [bytearray(1 << 20) for _ in count()])
-    memory = (int(Path("/proc/self/statm").read_text().split()[0]) * PAGESIZE >> 20) + 100
+    memory = more_than_now(100)
     options = ["--no-cache"] if command == "check" else ["--target", "bin", "--out", str(tmp_path / "out")]
     assert main([command, str(spec), "--memory", str(memory), *options]) == 3
     told = capsys.readouterr()
