@@ -231,12 +231,14 @@ def test_a_request_that_never_ends_with_some_arguments_beside_fair_reports_is_wa
         ("never (asked(m.a) and depth > 220)", []),
         ("never depth > rail", []),
         ("always rail < 9", []),
+        ("never (depth > 220 or storm)", ["depth` is broken: then it reads 250"]),
     ],
 )
 def test_an_assumption_under_which_no_sensor_breaks_is_warned_of(run, tmp_path, assumed, reads):
     spec = tmp_path / "s.exo"
     spec.write_text("""spec s; poster depth: int in 0 .. 250 = 0 else 250; poster lamp: bool = false else true;
-poster rail: int in 0 .. 300 = 300; module m { request a(); request b(); } mutex m.a, m.b;""")
+poster rail: int in 0 .. 300 = 300; latch storm: when rail < 9 until m.a;
+module m { request a(); request b(); } mutex m.a, m.b;""")
     file = spec.with_suffix(".prop")
     file.write_text(f"for s;\nassume {assumed};\n")
     said = f"exover: warning: {file}:2:1: the assumption leaves no run on which `"

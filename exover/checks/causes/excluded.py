@@ -181,9 +181,9 @@ def never_broken(model: Model, properties: Properties) -> Iterator[str]:
     start = resting(model)
     for assumption in properties.assumptions:
         wrong = list(_excluded(assumption.formula))
-        read = sorted({each.name for condition in wrong for each in reads(condition) if each.kind == "reading"})
-        for poster in map(model.variable.__getitem__, read):
-            if poster.fallback is not None:
+        read = {each.name for condition in wrong for each in reads(condition) if each.kind == "reading"}
+        for poster in model.variables:
+            if poster.name in read and poster.fallback is not None:
                 broken = start.with_reading(poster.name, poster.fallback)
                 if any(truth(each, partial(_read_alone, model, broken, poster.name)) for each in wrong):
                     then = f"`{poster.name}` is broken: then it reads {value_text(poster.fallback)}"
