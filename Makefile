@@ -140,7 +140,7 @@ coverage: setup
 	$(BIN)/python -m tests.runtime.coverage build/coverage
 
 # libFuzzer on loading and on events, with sanitizers; what it finds new stays in build/corpus. It needs clang with its
-# run-time library (Debian packages clang and, for clang 14, libclang-rt-14-dev).
+# run-time library (Debian packages clang and, for clang 14, libclang-rt-14-dev), which `make system` installs where it may.
 fuzz-c: setup
 	mkdir -p build/corpus
 	clang -std=c99 -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -DEXOVER_WIDTH=2 -Iexover/runtime \
