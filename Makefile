@@ -142,10 +142,10 @@ coverage: setup
 # libFuzzer on loading and on events, with sanitizers; what it finds new stays in build/corpus. It needs clang with its
 # run-time library (Debian packages clang and, for clang 14, libclang-rt-14-dev), which `make system` installs where it may.
 fuzz-c: setup
-	mkdir -p build/corpus
+	$(BIN)/python -m tests.runtime.corpus build/corpus
 	clang -std=c99 -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -DEXOVER_WIDTH=2 -Iexover/runtime \
-	    tests/runtime/fuzz.c exover/runtime/exover.c -o build/fuzz-c
-	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
+	    tests/runtime/fuzz.c -o build/fuzz-c
+	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus
 
 # So many random decisions of the emitted C and of the emitted Rust against mutexes, read a second time; and so many of the
 # C against the tables, walked in Python, on all kinds of rules; and so many events of each spec on its page. More random

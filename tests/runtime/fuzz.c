@@ -1,15 +1,21 @@
 /* libFuzzer on exover_load and on events: bytes that load run within their arrays, and a faulty checker launches nothing.
  *
- * The input is packed tables, then events. The checksum is put right, so that what is behind it is looked at.
+ * The input is packed tables without their check words, then events (corpus.py). Check words and the checksum are made
+ * here, so that what is behind them is looked at. With ALONE it is a program without libFuzzer: it takes the files that
+ * are named, and prints for each how it was loaded and how many events launched something.
  */
-#include "exover.h"
+#include "exover.c" /* for the records and their check words */
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { HEAD = 4 * EXOVER_HEAD_WORDS };
+enum { HEAD = 4 * EXOVER_HEAD_WORDS, MOST_REALS = 1000, MOST_RECORDS = 0xffff };
+
+static exover_status loaded;
+static unsigned launches;
 
 static uint32_t crc(uint32_t sum, const uint8_t *bytes, size_t size)
 {
@@ -57,42 +63,87 @@ static int event(exover *c, const uint8_t *bytes)
     return launched;
 }
 
+/* The words of so many records of each section. */
+static size_t words_of(const uint32_t *counts)
+{
+    size_t words = 0;
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++)
+        words += (size_t)counts[section] * FIELDS[section];
+    return words;
+}
+
+/* Write a check word for each record and each double; how many. */
+static size_t add_checks(const exover_word *word, const uint32_t *counts, const uint8_t *reals, size_t doubles, exover_word *check)
+{
+    const exover_word *first = check;
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++)
+        for (uint32_t i = 0; i < counts[section]; i++, word += FIELDS[section])
+            *check++ = (exover_word)~sum_of_words(word, FIELDS[section], 0);
+    for (size_t i = 0; i < doubles; i++) {
+        exover_word parts[8 / sizeof(exover_word)];
+        memcpy(parts, reals + 8 * i, 8);
+        *check++ = (exover_word)~sum_of_words(parts, 8 / sizeof(exover_word), 0);
+    }
+    return (size_t)(check - first);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    static uint64_t memory[1 << 13];
     exover c;
     exover_tables tables;
     if (size < HEAD)
         return 0;
     memcpy(tables.head, data, HEAD);
-    size_t all = 0, room = (size_t)1 << 16;
-    static const size_t fields[EXOVER_SECTIONS] = {4, 5, 26, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1, 2, 1};
-    for (int i = 0; i < EXOVER_SECTIONS; i++)
-        all += (tables.head[EXOVER_HEAD_COUNTS + i] & 0xffff) * fields[i];
-    tables.real_count = tables.head[EXOVER_HEAD_REALS];
-    tables.word_count = all;
-    if (tables.real_count > 1000 || HEAD + 8 * tables.real_count + 2 * all > size)
+    uint32_t *counts = &tables.head[EXOVER_HEAD_COUNTS];
+    size_t records = 0, doubles = tables.head[EXOVER_HEAD_REALS];
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++)
+        records += counts[section] &= MOST_RECORDS;
+    size_t words = words_of(counts), body = 8 * doubles + sizeof(exover_word) * words;
+    if (doubles > MOST_REALS || HEAD + body > size)
         return 0;
-    const uint8_t *body = data + HEAD, *events = body + 8 * tables.real_count + 2 * all;
+    const uint8_t *packed = data + HEAD, *events = packed + body;
+    exover_value *reals = malloc(8 * doubles + 1);
+    exover_word *all = malloc(sizeof(exover_word) * (words + records + doubles) + 1);
+    if (reals == NULL || all == NULL)
+        abort();
+    memcpy(reals, packed, 8 * doubles);
+    memcpy(all, packed + 8 * doubles, sizeof(exover_word) * words);
+    size_t checks = tables.head[EXOVER_HEAD_CHECKS] != 0 ? add_checks(all, counts, packed, doubles, all + words) : 0;
+    tables.head[EXOVER_HEAD_CHECKS] = (uint32_t)checks;
     tables.head[EXOVER_HEAD_CHECKSUM] = 0;
     uint32_t sum = crc(0xffffffffu, (const uint8_t *)tables.head, HEAD);
-    tables.head[EXOVER_HEAD_CHECKSUM] = ~crc(sum, body, (size_t)(events - body));
-    exover_value *reals = malloc(8 * tables.real_count + 1);
-    exover_word *words = malloc(2 * all + 1);
-    void *memory = malloc(room);
-    if (reals == NULL || words == NULL || memory == NULL)
-        abort();
-    memcpy(reals, body, 8 * tables.real_count);
-    memcpy(words, body + 8 * tables.real_count, 2 * all);
+    sum = crc(sum, packed, 8 * doubles);
+    tables.head[EXOVER_HEAD_CHECKSUM] = ~crc(sum, (const uint8_t *)all, sizeof(exover_word) * (words + checks));
     tables.reals = reals;
-    tables.words = words;
-    exover_status status = exover_load_stopped(&c, &tables, memory, room);
+    tables.real_count = doubles;
+    tables.words = all;
+    tables.word_count = words + checks;
+    loaded = exover_load_stopped(&c, &tables, memory, sizeof memory);
+    launches = 0;
     for (; events + 4 <= data + size; events += 4) {
-        int faulty = exover_fault(&c) != EXOVER_READY;
-        if (event(&c, events) && (faulty || status != EXOVER_READY))
+        int faulty = exover_fault(&c) != EXOVER_READY, launched = event(&c, events);
+        launches += (unsigned)launched;
+        if (launched && (faulty || loaded != EXOVER_READY))
             abort();
     }
-    free(memory);
-    free(words);
+    free(all);
     free(reals);
     return 0;
 }
+
+#ifdef ALONE
+int main(int count, char **files)
+{
+    static uint8_t bytes[1 << 20];
+    for (int i = 1; i < count; i++) {
+        FILE *file = fopen(files[i], "rb");
+        if (file == NULL)
+            return 1;
+        (void)LLVMFuzzerTestOneInput(bytes, fread(bytes, 1, sizeof bytes, file));
+        (void)fclose(file);
+        printf("%d %u\n", (int)loaded, launches);
+    }
+    return 0;
+}
+#endif
