@@ -110,6 +110,14 @@ def test_a_byte_order_mark_is_skipped_as_in_files() -> None:
     assert launched.event == exover.Ask("m.a")
 
 
+@pytest.mark.parametrize("line", ["\v", "\f", "\x1c", "\x85", "\u00a0", "\u3000"])
+def test_a_line_of_characters_that_show_nothing_is_blank_neither_as_text_nor_as_bytes(line: str) -> None:
+    spec = exover.loads(f"spec s; {MUTEX}")
+    for lines in (["", " \t\r\n", line], [b"", b" \t\r\n", line.encode()]):
+        (answer,) = exover.simulate(spec, lines)
+        assert isinstance(answer.event, exover.Invalid) and answer.event.code == "bad-event"
+
+
 def test_a_text_is_not_taken_for_its_lines() -> None:
     with pytest.raises(TypeError, match="splitlines"):
         exover.simulate(exover.loads(f"spec s; {MUTEX}"), '{"ask": "m.a"}')  # type: ignore[arg-type]

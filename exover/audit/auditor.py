@@ -19,6 +19,7 @@ from exover.audit.trail import AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
 from exover.model.model import Model
+from exover.model.wire_reading import is_blank
 from exover.model.wording import counted
 from exover.ocrd.tables import Tables
 
@@ -216,7 +217,7 @@ class _Reading:
         return ""
 
     def _line(self, number: int, line: bytes, behind: bytes) -> Noted | None:
-        return self._seen(number, read_line(self._job.model, line, behind)) if line.strip() else None
+        return None if is_blank(line) else self._seen(number, read_line(self._job.model, line, behind))
 
     def _noted(self, number: int, noted: Noted) -> None:
         self._take(number, self._seen(number, noted))

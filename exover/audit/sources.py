@@ -8,7 +8,7 @@ from typing import BinaryIO
 from exover.audit.binary import MAGIC, NoMission, RecordReader, refuse_overlong, split
 from exover.audit.mission import Noted, read_line
 from exover.model.model import Model
-from exover.model.wire_reading import MAX_LINE, TOO_LONG
+from exover.model.wire_reading import MAX_LINE, TOO_LONG, is_blank
 from exover.run.simulate import lines_of
 
 LINES = (".jsonl", ".json", ".ndjson", ".log")
@@ -65,7 +65,7 @@ def whole_lines(model: Model, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
     distance = 0
     for number, line in enumerate(lines_of(file), 1):
         distance += len(line)
-        if line.strip():
+        if not is_blank(line):
             if held:
                 yield held[0], read_line(model, held[1], line if distance <= MAX_LINE else b"")
             held, distance = (number, line), 0
@@ -86,7 +86,7 @@ def line_behind(data: bytes, start: int, last: bool) -> bytes | None:
         if newline < 0 and not last:
             break
         line = data[at : end if newline < 0 else newline]
-        if line.strip():
+        if not is_blank(line):
             return line
         at += len(line) + 1
     return b"" if last or end == start + MAX_LINE else None

@@ -14,6 +14,7 @@ from exover.cli.streams import complain, out
 from exover.diagnostics import Diagnostic
 from exover.model.model import Model
 from exover.model.replayed import Replayed
+from exover.model.wire_reading import is_blank
 from exover.pipeline import load
 from exover.places import read_part
 from exover.report.replayed import run_lines
@@ -42,11 +43,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _write_events(path: str, steps: Sequence[Replayed], before: Sequence[bytes]) -> None:
     """Write the events of a run; of what is lost of its beginning those `before`, if they are there, else say so."""
     lost = earlier(steps[0].number)
-    given = islice(filter(bytes.strip, before), lost) if steps[0].expected is not None else ()
+    given = islice((line for line in before if not is_blank(line)), lost) if steps[0].expected is not None else ()
     if lost and steps[0].expected is None:
         complain(f"exover: note: {path} begins behind step {lost} of its run: give the events before with --after")
     held = (json.dumps(step.event).encode() for step in steps)
-    write_one(path, b"".join(line.strip() + b"\n" for line in (*given, *held)), "--events")
+    write_one(path, b"".join(line.rstrip(b"\r\n") + b"\n" for line in (*given, *held)), "--events")
 
 
 def _replayed(model: Model, held: Box, before: Sequence[bytes]) -> Iterator[tuple[Replayed, ...]]:

@@ -10,7 +10,7 @@ from exover.model.explanation import Account, Explanation, RuleVerdict
 from exover.model.model import Location, Model
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
-from exover.model.wire_reading import read_event
+from exover.model.wire_reading import is_blank, read_event
 
 
 def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str | bytes]) -> Explanation | None:
@@ -22,7 +22,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
     state = before = reference.start()
     step, events, last = 0, 0, None
     for line in lines:
-        if not line.strip():
+        if is_blank(line):
             continue
         step, before, last = step + 1, state, read_event(model, line)
         events += not (isinstance(last, Invalid) and last.is_unread)

@@ -35,6 +35,11 @@ _TINY = Decimal("1e-400")
 """A positive number that rounds to the double 0 but is not whole."""
 
 
+def is_blank(line: str | bytes) -> bool:
+    """Return whether a line holds nothing but blanks of JSON, which are fewer than `strip` takes away."""
+    return not (line.strip(" \t\r\n") if isinstance(line, str) else line.strip(b" \t\r\n"))
+
+
 def read_event(model: Model, line: str | bytes) -> Event | Invalid:
     """Return the event of a line, or the first of its faults in the order of docs/language.md section 7."""
     entries = read_object(line)

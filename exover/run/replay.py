@@ -12,7 +12,7 @@ from exover.model.model import Model, Parameter
 from exover.model.replayed import BareAction, Replayed
 from exover.model.types import Bool, Enum, Int, Real, Value, from_ordinal
 from exover.model.wire import MAX_DIGITS, Json, number
-from exover.model.wire_reading import read_event
+from exover.model.wire_reading import is_blank, read_event
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.run import box
@@ -54,7 +54,7 @@ def replay(model: Model, run: Sequence[BoxStep], before: Iterable[bytes] = ()) -
     """
     engine = ReferenceEngine(model)
     missing = box.earlier(run[0].number)
-    lines = list(islice((line for line in before if line.strip()), missing))
+    lines = list(islice((line for line in before if not is_blank(line)), missing))
     for line in lines:
         event = read_event(model, line)
         if not isinstance(event, Invalid):

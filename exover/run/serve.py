@@ -13,7 +13,7 @@ from exover.dataclass import dataclass
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.wire import answer_line
-from exover.model.wire_reading import LONG_LINE, MAX_LINE, TOO_LONG, read_entries, read_object
+from exover.model.wire_reading import LONG_LINE, MAX_LINE, TOO_LONG, is_blank, read_entries, read_object
 from exover.run.records import LISTEN, MOST_ACTIONS, RecordCodec, says_listen
 from exover.run.simulate import Engine
 
@@ -276,7 +276,7 @@ class CheckerServer:
             passed, client.overlong = client.overlong, not whole and not client.ended
             if not passed and client.overlong:
                 yield LONG_LINE
-            elif not passed and line.strip() and (event := self._event(client, line)) is not None:
+            elif not passed and not is_blank(line) and (event := self._event(client, line)) is not None:
                 yield event
             if not whole:
                 return

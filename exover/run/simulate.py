@@ -7,7 +7,7 @@ from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.wire import answer_line
-from exover.model.wire_reading import TOO_LONG, read_event
+from exover.model.wire_reading import TOO_LONG, is_blank, read_event
 
 
 class Engine(Protocol):
@@ -36,7 +36,7 @@ def answers(
 ) -> Iterator[tuple[Event | Invalid, tuple[Action, ...]]]:
     """Yield the event of each line that is not blank, and the actions that answer it, before the next line is read."""
     for line in lines:
-        if line.strip():
+        if not is_blank(line):
             event = read_event(model, line)
             yield event, (event,) if isinstance(event, Invalid) else engine.step(event)
 
