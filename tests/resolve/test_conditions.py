@@ -106,6 +106,7 @@ CONDITIONS = {
     "three * x * -2 > 3": Compare(">", added(0, (-6, X)), Const(3)),
     "x > 2 * three + 1": Compare(">", X, Const(7)),
     "x + -9223372036854775808 < 0": Compare("<", added(-(2**63), (1, X)), Const(0)),
+    "x - 9223372036854775808 < 0": Compare("<", added(-(2**63), (1, X)), Const(0)),
     "x > -5": Compare(">", X, Const(-5)),
     "battery > 9223372036854775807": Compare(">", BATTERY, Const(2**63 - 1)),
 }

@@ -151,6 +151,11 @@ ITEMS = [
         "E310",
         "poster p: int in 0 .. 9223372036854775807 = 0; poster q: int in -9 .. 9 = 0; forbid active(m.a) and «p > q;",
     ),
+    (
+        "E310",
+        "poster p: int in 0 .. 9223372036854775807 = 0; poster q: int in 200 .. 300 = 200;"
+        " forbid active(m.a) and «p + battery - q > 0;",
+    ),
     ("E310", "resource r: «9223372036854775808;"),
     ("E310", "resource «r: 3; context m.a { uses r 9223372036854775807; }"),
     ("E311", "launch «m.a(1) when hot;"),
