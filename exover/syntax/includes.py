@@ -10,7 +10,7 @@ from typing import NamedTuple
 from exover.diagnostics import MAX_REPORTS, Diagnostic, capped, quote
 from exover.source import Source, Span
 from exover.syntax.decode import MAX_BYTES, decode
-from exover.syntax.lex import tokens
+from exover.syntax.lex import CONTROL, tokens
 from exover.syntax.parse import parse, parse_file
 from exover.syntax.tree import Include, Item, Part, Spec
 
@@ -163,10 +163,11 @@ class _Reader:
 
 
 def _of_part(mistake: Diagnostic) -> Diagnostic:
-    """Return a mistake of an included text; that it is empty is worded for a part."""
-    if mistake.code != "E004":
-        return mistake
-    return replace(mistake, message="the file holds no part", help="begin it with `part NAME;`")
+    """Return a mistake of an included text, worded for a part."""
+    if mistake.code == "E004":
+        return replace(mistake, message="the file holds no part", help="begin it with `part NAME;`")
+    message, help = (text.replace("`spec NAME;`", "`part NAME;`") for text in (mistake.message, mistake.help))
+    return replace(mistake, message=message, help=help)
 
 
 def _reason(error: OSError | ValueError) -> str:
@@ -181,7 +182,7 @@ def _fault(path: str) -> str:
         return "is an absolute path: a path is relative to the folder of this file"
     if "\\" in path:
         return "has a `\\`: folders are parted by `/` on every system"
-    return "" if path.isprintable() else "has a control character"
+    return "has a control character" if CONTROL.search(path) else ""
 
 
 def joined(name: str, path: str) -> str:

@@ -77,7 +77,8 @@ _TOKEN = {
     formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
     for formulas in (False, True)
 }
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+"""A control character, which stands in no string and no path."""
 _ESCAPE = re.compile(r"\\(.)")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
 
@@ -193,7 +194,7 @@ def _escape_mistakes(text: str, span: Span) -> list[Diagnostic]:
 
 
 def _open_string(text: str, span: Span) -> Diagnostic:
-    control = _CONTROL.search(text)
+    control = CONTROL.search(text)
     if control:
         place = Span(span.start + control.start(), span.start + control.end())
         return Diagnostic(

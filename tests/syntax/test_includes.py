@@ -184,6 +184,17 @@ def test_what_cannot_be_included_is_an_error_at_the_include(path: str, code: str
     assert told(files) == [f"{code} spec.exo:3:3"]
 
 
+@pytest.mark.parametrize("space", ["\u00a0", "\u200d", "\u3000", "\ue000"])
+def test_a_path_may_have_any_character_but_those_for_control(space: str) -> None:
+    assert told({ROOT: f'spec s; include "w{space}.exo";', f"w{space}.exo": WORLD}) == []
+
+
+@pytest.mark.parametrize("text", ["", "module n { request b(); }", "for n;"])
+def test_what_is_included_begins_as_a_part(text: str) -> None:
+    (mistake,) = loaded({ROOT: 'spec s; include "w.exo"; include "n.exo";', "w.exo": WORLD, "n.exo": text}).diagnostics
+    assert "`part NAME;`" in mistake.help and "`spec NAME;`" not in mistake.message + mistake.help
+
+
 def test_a_text_without_a_place_includes_nothing() -> None:
     (mistake,) = load(Source("<text>", 'spec s; module m { request a(); } include "w.exo";')).diagnostics
     assert (mistake.code, mistake.span.start) == ("E005", 34)
