@@ -235,6 +235,7 @@ def mistakes(text: str) -> tuple[list[tuple[str, int]], list[int], tuple[Diagnos
     ("text", "codes", "say"),
     [
         ("for «wrld; property p: never nonsense;", ["E419"], "the properties are for `wrld`, the spec is `world`"),
+        ("for wrld; property p: never «;", ["E106"], "expected a condition, found `;`"),
         ("property p: never «nonsense;", ["E201"], "unknown name `nonsense`"),
         ("property p: never active(«m.z);", ["E203"], "unknown request `m.z`"),
         ("property p: never launched(«m.z with x > 1);", ["E203"], "unknown request `m.z`"),
