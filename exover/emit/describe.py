@@ -68,18 +68,11 @@ class Description:
     @cached_property
     def entries(self) -> tuple[str, ...]:
         """By number, what each entry of the state vector measures."""
-        plain = self._plain
-        parts: dict[int, list[tuple[int, int]]] = {}
-        for part, entry in enumerate(self.tables.entries):
-            for sum_, factor in self.tables.sums[entry.sums : entry.sums_end]:
-                parts.setdefault(sum_, []).append((factor, part))
-        texts = []
-        for index in range(len(self.tables.entries)):
-            if index in parts:
-                texts.append(_sum([(factor, plain.get(part, f"v[{part}]")) for factor, part in parts[index]]))
-            else:
-                texts.append(plain.get(index, f"v[{index}]"))
-        return tuple(texts)
+        plain, parts = self._plain, self.tables.parts()
+        return tuple(
+            _sum([(factor, plain.get(part, f"v[{part}]")) for part, factor in parts.get(entry, [(entry, 1)])])
+            for entry in range(len(self.tables.entries))
+        )
 
     @cached_property
     def _plain(self) -> dict[int, str]:

@@ -63,14 +63,12 @@ def plain_entries(model: Model, tables: Tables) -> dict[int, Element]:
     for said in found.values():
         if len(said) > 1 and not all(isinstance(quantity, Slots | InPlace) for quantity in said):
             said[:] = [None]
-    parts: dict[int, list[tuple[int, Quantity | None]]] = {}
-    for entry, row in enumerate(tables.entries):
-        for total, factor in tables.sums[row.sums : row.sums_end]:
-            parts.setdefault(total, []).extend((factor, quantity) for quantity in found.get(entry, [None]))
+    parts = tables.parts()
     start, vocabulary = Reference(model).start(), Vocabulary(model)
     plain: dict[int, Element] = {}
     for entry, row in enumerate(tables.entries):
-        terms = parts.get(entry) or [(1, quantity) for quantity in found.get(entry, [None])]
+        counted = parts.get(entry, [(entry, 1)])
+        terms = [(factor, quantity) for part, factor in counted for quantity in found.get(part, [None])]
         element = tuple((factor, quantity) for factor, quantity in terms if quantity is not None)
         whole = len(element) == len(terms) and not (entry in parts and entry in found)
         if whole and sum(factor * initial(vocabulary, quantity, start) for factor, quantity in element) == row.initial:

@@ -93,13 +93,8 @@ class Counting:
 
     @cached_property
     def parts(self) -> dict[int, list[tuple[int, int]]]:
-        """By sum the factors and entries of its parts."""
-        found: dict[int, list[tuple[int, int]]] = {}
-        tables = self.compiled.tables
-        for part, row in enumerate(tables.entries):
-            for total, factor in tables.sums[row.sums : row.sums_end]:
-                found.setdefault(total, []).append((factor, part))
-        return found
+        """The parts of each sum with their factors."""
+        return self.compiled.tables.parts()
 
     @cached_property
     def _judged(self) -> list[Judged]:
@@ -115,8 +110,8 @@ class Counting:
         if parts is None:
             found, rows = [(1, each) for each in self.said.get(entry, [])], [entry]
         else:
-            found = [(factor, each) for factor, part in parts for each in self.said.get(part, [])]
-            rows = [part for _, part in parts]
+            found = [(factor, each) for part, factor in parts for each in self.said.get(part, [])]
+            rows = [part for part, _ in parts]
         if (parts is not None and entry in self.said) or len(found) > len(element):
             return "other"
         if len(found) < len(element) or not all(map(self._summed, rows)) or (parts and set(rows) & self.parts.keys()):

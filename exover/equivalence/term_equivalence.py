@@ -152,7 +152,7 @@ class TermComparison:
     def _same_entry(self, entry: int, element: Element) -> bool:
         """Return whether an entry is this element by the records of the tables."""
         if entry in self.vector.parts:
-            said = [(f * g, q) for f, part in self.vector.parts[entry] for g, q in self.compiled.entries[part]]
+            said = [(f * g, q) for part, f in self.vector.parts[entry] for g, q in self.compiled.entries[part]]
             return Counter(said) == Counter(element)
         requests = {q.request for _, q in element if isinstance(q, Arg | ArgRank | Order) and q.request is not None}
         if len(requests) > 1 or not self._is_of(entry, *requests):

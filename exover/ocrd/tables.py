@@ -289,6 +289,14 @@ class Tables:
         """Return the request of a slot, which is numbered over all requests."""
         return bisect_right(self.requests, slot, key=lambda row: row.slots) - 1
 
+    def parts(self) -> dict[int, list[tuple[int, int]]]:
+        """Return by sum its parts, each with its factor."""
+        found: dict[int, list[tuple[int, int]]] = {}
+        for part, row in enumerate(self.entries):
+            for total, factor in self.sums[row.sums : row.sums_end]:
+                found.setdefault(total, []).append((part, factor))
+        return found
+
     def below(self, root: int) -> list[int]:
         """Return the nodes of the diagram with this root in increasing order, so that children follow their parents."""
         found: set[int] = set()

@@ -74,10 +74,7 @@ class TableEncoding:
                 feature = self.tables.features[number]
                 for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing} - {NONE}:
                     self.features.setdefault(entry, []).append((request, number))
-        self.parts: dict[int, list[tuple[int, int]]] = {}
-        for part, record in enumerate(self.tables.entries):
-            for number, factor in self.tables.sums[record.sums : record.sums_end]:
-                self.parts.setdefault(number, []).append((factor, part))
+        self.parts = self.tables.parts()
         self.raw = tuple(self.names[number] for number, row in enumerate(self.tables.variables) if row.raw != NONE)
 
     def _by_entry(self, rows: Iterator[tuple[int, ...]]) -> dict[int, int]:
@@ -188,7 +185,7 @@ class TableEncoding:
     def _alike(self, entry: int) -> Iterator[tuple[int, frozenset[int]]]:
         """Yield factors with parts of a sum: parts that count slots and places grouped by factor, others alone."""
         counted: dict[int, set[int]] = {}
-        for factor, part in self.parts[entry]:
+        for part, factor in self.parts[entry]:
             together = counted.setdefault(factor, set())
             if part in self.features and part not in together:
                 together.add(part)

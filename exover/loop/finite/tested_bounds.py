@@ -3,6 +3,7 @@
 import math
 from bisect import bisect_left
 from dataclasses import field
+from functools import cached_property
 from itertools import pairwise
 
 from exover.dataclass import dataclass
@@ -24,18 +25,18 @@ class TestedBounds:
 
     tables: Tables
     of: dict[int, list[int]] = field(default_factory=dict)
-    sums: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
-    """Maps a sum to its parts with their factors."""
 
     def __post_init__(self) -> None:
-        for part, row in enumerate(self.tables.entries):
-            for total, factor in self.tables.sums[row.sums : row.sums_end]:
-                self.sums.setdefault(total, []).append((part, factor))
         for node in self.tables.nodes:
             if node.code >= 0:
                 self.of.setdefault(node.code, []).append(node.bound)
         for entry, bounds in self.of.items():
             self.of[entry] = sorted(set(bounds))
+
+    @cached_property
+    def sums(self) -> dict[int, list[tuple[int, int]]]:
+        """The parts of each sum with their factors."""
+        return self.tables.parts()
 
     def exact(self, entry: int) -> bool:
         """Return whether the exact value of an entry matters because it is part of a sum."""
