@@ -148,6 +148,14 @@ class Layout:
                 assert_never(kind)
         return terms.both((terms.at_most(bounds[0], term), terms.at_most(term, bounds[1])))
 
+    def running(self, slot: SlotNames, values: Mapping[str, Term]) -> Term:
+        """Return the condition that a slot is running."""
+        return self.terms.both((values[slot.active], self.terms.negation(values[slot.stopping])))
+
+    def waiting(self, place: PlaceNames, values: Mapping[str, Term]) -> Term:
+        """Return the condition that what stands in a place waits, and that the way is not being cleared for it."""
+        return self.terms.both((values[place.taken], self.terms.negation(values[place.clearing])))
+
     @cached_property
     def sound(self) -> dict[str, Term]:
         """Maps a flag to an invariant: a stopping slot is active, a clearing place is taken."""

@@ -57,12 +57,11 @@ class Predicates(ConditionFormulas[Term]):
             return
         for number in range(self.model.request[request].instances):
             slot = self.layout.slots[request, number]
-            active, stopping = vars_[slot.active], vars_[slot.stopping]
-            running = terms.both((active, terms.negation(stopping)))
+            active, running = vars_[slot.active], self.layout.running(slot, vars_)
             guard = {
                 "active": running if self.once_stopped else active,
                 "running": running,
-                "stopping": terms.false if self.once_stopped else terms.both((active, stopping)),
+                "stopping": terms.false if self.once_stopped else terms.both((active, vars_[slot.stopping])),
             }[phase]
             yield guard, self._bound(request, (vars_[value] for value in slot.args))
 

@@ -44,7 +44,7 @@ class QuantityTerms:
         return LinearForm(0, tuple(numbers), tuple(flags))
 
     def _quantity(self, quantity: v.Quantity) -> LinearForm | Ranked | Ordered:
-        layout, vars_, terms = self.layout, self.layout.vars, self.layout.terms
+        layout, vars_ = self.layout, self.layout.vars
         match quantity:
             case v.VariableValue(name):
                 return number_of(vars_[name])
@@ -61,9 +61,7 @@ class QuantityTerms:
                 return self._slots(request, slot, where, running=phase == "running")
             case v.InPlace(request, where, phase):
                 place = layout.places[request]
-                clearing = vars_[place.clearing]
-                waiting = terms.both((vars_[place.taken], terms.negation(clearing)))
-                guard = waiting if phase == "waiting" else clearing
+                guard = layout.waiting(place, vars_) if phase == "waiting" else vars_[place.clearing]
                 return number_of(self._counts(request, where, guard, place.args))
             case v.SlotValue(request, slot, param):
                 return self._argument_in_slot(request, slot, param)
@@ -82,13 +80,12 @@ class QuantityTerms:
         return self.layout.terms.both((guard, self._meaning.concerns(request, where, values)))
 
     def _slots(self, request: str, slot: int | None, where: Cond | None, running: bool) -> LinearForm:
-        layout, terms = self.layout, self.layout.terms
+        layout = self.layout
         flags: list[tuple[int, Term]] = []
         for number in range(layout.model.request[request].instances) if slot is None else (slot,):
             at = layout.slots[request, number]
-            stopping = layout.vars[at.stopping]
-            runs = terms.both((layout.vars[at.active], terms.negation(stopping)))
-            flags.append((1, self._counts(request, where, runs if running else stopping, at.args)))
+            guard = layout.running(at, layout.vars) if running else layout.vars[at.stopping]
+            flags.append((1, self._counts(request, where, guard, at.args)))
         return LinearForm(0, (), tuple(flags))
 
     def _argument_in_slot(self, request: str, slot: int, param: str) -> LinearForm:

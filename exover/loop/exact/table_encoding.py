@@ -245,20 +245,20 @@ class TableEncoding:
 
         A slot that counts both while running and while stopping is yielded once, with the condition that it is active.
         """
-        terms, each = self.terms, self.layout.model.requests[request]
+        each = self.layout.model.requests[request]
         for number in range(each.instances):
             if feature.slot in (NONE, number):
                 slot = self.layout.slots[each.name, number]
                 phases = []
                 if feature.running in entries:
-                    phases.append(terms.both((frame[slot.active], terms.negation(frame[slot.stopping]))))
+                    phases.append(self.layout.running(slot, frame.values))
                 if feature.stopping in entries:
                     phases.append(frame[slot.stopping])
                 for guard in phases if len(phases) < 2 else [frame[slot.active]]:
                     yield guard, frame.all(slot.args)
         place = self.layout.places[each.name]
         if feature.waiting in entries:
-            yield terms.both((frame[place.taken], terms.negation(frame[place.clearing]))), frame.all(place.args)
+            yield self.layout.waiting(place, frame.values), frame.all(place.args)
         if feature.clearing in entries:
             yield frame[place.clearing], frame.all(place.args)
 
