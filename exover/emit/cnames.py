@@ -42,7 +42,7 @@ def declarations(model: Model, name: str) -> str:
 
 def _lengths(model: Model) -> Iterator[tuple[str, int]]:
     yield "REQUESTS", len(model.requests)
-    yield "VARIABLES", len(model.variables) + len(model.latches)
+    yield "VARIABLES", len(ModelIndex(model).readings)
     yield "STOCKS", len(ModelIndex(model).consumables)
     yield "REASONS", len(reasons(model))
     yield "PARAMS", len(parameters(model))
@@ -53,8 +53,6 @@ def source(model: Model, name: str) -> str:
     start = prefix(name)
     index = ModelIndex(model)
     texts = reasons(model)
-    types: list[Type | None] = [variable.type for variable in model.variables]
-    types += [None] * len(model.latches)
     params = parameters(model)
     return "\n".join(
         [
@@ -70,13 +68,13 @@ def source(model: Model, name: str) -> str:
             *_strings(f"{start}_reason_because", [reason.because for reason in texts]),
             *_strings(f"{start}_param_names", [parameter.name for _, parameter in params]),
             *_lists(f"{start}_param_values", [_values(parameter.type) for _, parameter in params]),
-            *_lists(f"{start}_variable_values", [_values(kind) for kind in types]),
+            *_lists(f"{start}_variable_values", [_values(kind) for _, kind in index.typed_readings]),
             *_lists(f"{start}_status_names", [request.statuses for request in model.requests]),
         ]
     )
 
 
-def _values(kind: Type | None) -> tuple[str, ...] | None:
+def _values(kind: Type) -> tuple[str, ...] | None:
     return kind.values if isinstance(kind, Enum) else None
 
 

@@ -37,6 +37,7 @@ class Memory:
         self.reasons = reasons(self.model)
         index = ModelIndex(self.model)
         self.index, self.variable, self.stock = index.request, index.reading, index.stock
+        self.types = tuple(kind for _, kind in index.typed_readings)
         self.slots = sum(request.instances for request in self.tables.requests)
         self.initial = [entry.initial for entry in self.tables.entries]
         self.conflicts = [self.tables.conflicting(request) for request in range(len(self.tables.requests))]
@@ -163,8 +164,7 @@ class Memory:
             if row.raw != NONE:
                 self.raw[row.raw] = float(value)
         else:
-            kind = self.model.variables[variable].type if variable < len(self.model.variables) else None
-            self.put(row.value, ordinal(kind, value) if kind else int(value))
+            self.put(row.value, ordinal(self.types[variable], value))
         for order in self.tables.orders[row.orders : row.orders_end]:
             self.put(order.entry, compare(self._side(order.left, ()), self._side(order.right, ())))
         for request, slot, phase, args in held:

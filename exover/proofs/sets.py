@@ -114,8 +114,7 @@ class Sets:
         loop, name = self.space.loop, f"reading.{number}"
         if loop.tables.variables[number].type == t.REAL:
             return inside(name, loop.posters[number].samples[cell], loop.posters[number].cuts)
-        kind = loop.model.variables[number].type if number < len(loop.model.variables) else None
-        values = [ordinal(kind, value) if kind else int(value) for value in loop.samples[number]]
+        values = loop.ordinals(number)
         return between(name, values, values[cell])
 
     def _kinds(

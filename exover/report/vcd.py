@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from exover.dataclass import dataclass
 from exover.model.evaluate import NOTHING, value_of
 from exover.model.expression import Used
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
@@ -60,10 +61,9 @@ def _signals(story: Story) -> Iterator[Signal]:
     if story.loop_start is not None:
         inside = (moment > story.loop_start for moment in range(len(states)))
         yield Signal("", "loop", Bool(), tuple(inside))
-    types: dict[str, Type] = {variable.name: variable.type for variable in model.variables}
-    for name in story.start.readings:
+    for name, kind in ModelIndex(model).typed_readings:
         module, _, short = name.rpartition(".")
-        yield Signal(module, short, types.get(name, Bool()), tuple(state.readings[name] for state in states))
+        yield Signal(module, short, kind, tuple(state.readings[name] for state in states))
     for resource in model.resources:
         kind = Int(0, resource.capacity)
         if resource.consumable:

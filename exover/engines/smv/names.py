@@ -14,7 +14,7 @@ from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.index import ModelIndex
-from exover.model.types import Bool, Enum, Int, ordinal
+from exover.model.types import Bool, Enum, Int
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 
 WORDS = frozenset(
@@ -163,15 +163,13 @@ class SmvNames:
                 return tuple(str(value) for value in range(variable.size))
 
     def _readings(self, number: int, size: int) -> tuple[str, ...]:
-        model, values = self.loop.model, self.loop.samples[number]
-        kind = model.variables[number].type if number < len(model.variables) else Bool()
-        match kind:
+        match self.loop.types[number]:
             case Bool() if size == len(BOOLEANS):
                 return BOOLEANS
             case Int():
-                return tuple(str(ordinal(kind, value)) for value in values)
+                return tuple(str(value) for value in self.loop.ordinals(number))
             case Enum():
-                return tuple(f"{value}#" for value in values)
+                return tuple(f"{value}#" for value in self.loop.samples[number])
             case _:
                 return tuple(str(value) for value in range(size))
 

@@ -4,7 +4,6 @@ from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.real_orders import candidates
 from exover.model.event import Ask, Event, Observe
 from exover.model.index import ModelIndex
-from exover.model.model import Model
 from exover.model.state import Place, Slot, State
 from exover.model.types import Real, contains, ordinal
 from exover.ocrd.entries import compare
@@ -20,7 +19,7 @@ def abstract(loop: ClosedLoop, state: State) -> list[int]:
     for var, variable in enumerate(loop.variables):
         match variable.key:
             case ("reading", int(number)):
-                values[var] = loop.reading_cell(number, _number(loop.model, loop.names[number], state))
+                values[var] = loop.reading_cell(number, _number(loop, number, state))
             case ("level", int(number)):
                 values[var] = state.levels[stocks[number]]
             case ("phase", int(number)):
@@ -50,12 +49,9 @@ def abstract(loop: ClosedLoop, state: State) -> list[int]:
     return values
 
 
-def _number(model: Model, name: str, state: State) -> float:
-    value = state.readings[name]
-    variable = model.variable.get(name)
-    if variable is None:
-        return int(value)
-    return float(value) if isinstance(variable.type, Real) else ordinal(variable.type, value)
+def _number(loop: ClosedLoop, reading: int, state: State) -> float:
+    value, kind = state.readings[loop.names[reading]], loop.types[reading]
+    return float(value) if isinstance(kind, Real) else ordinal(kind, value)
 
 
 def _order(loop: ClosedLoop, request: int, which: int, held: Slot | Place | None, state: State) -> int:

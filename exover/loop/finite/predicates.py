@@ -29,7 +29,7 @@ from exover.model.expression import (
     leaves,
 )
 from exover.model.model import Rule
-from exover.model.types import Real, Type, ordinal
+from exover.model.types import Real, ordinal
 from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import (
     LEFT,
@@ -190,7 +190,7 @@ class StatePredicates(SlotPredicates[S]):
         if ordered is not None:
             return self.space.all if ordered else self.space.none
         match cond.left, cond.right:
-            case Reading(one), Reading(two) if self._kind(one) is None and one in self.model.variable:
+            case Reading(one), Reading(two) if isinstance(self.loop.types[self.variable[one]], Real):
                 return self._compare_posters(cond, one, two)
             case _:
                 pass
@@ -266,13 +266,8 @@ class StatePredicates(SlotPredicates[S]):
                 assert_never(term)
 
     def _linear_reading(self, name: str) -> Cases:
-        kind = self._kind(name)
-        numbers = [ordinal(kind, v) if kind else int(v) for v in self.loop.samples[self.variable[name]]]
-        return [(1, self._by_value(self.loop.index["reading", self.variable[name]], numbers))]
-
-    def _kind(self, name: str) -> Type | None:
-        variable = self.model.variable.get(name)
-        return None if variable is None or isinstance(variable.type, Real) else variable.type
+        number = self.variable[name]
+        return [(1, self._by_value(self.loop.index["reading", number], self.loop.ordinals(number)))]
 
     def _shares(self, resource: str, once_stopped: bool) -> Iterator[tuple[int, GuardedValue]]:
         for request in self.model.requests:

@@ -64,6 +64,7 @@ class LoopStates:
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         index = ModelIndex(self.model)
         self.names, self.request_number = index.readings, index.request
+        self.types = tuple(kind for _, kind in index.typed_readings)
         self.tracked = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         self.arguments = all_arguments(self.model, self.tables, self.bounds, self.tracked)
@@ -120,21 +121,21 @@ class LoopStates:
             cuts = self.tables.reals[row.cuts : row.cuts_end]
             found = self.posters[number].samples
             return list(found), [rank(cuts, value) for value in found]
-        kind = self.model.variables[number].type if number < len(self.model.variables) else None
         name = self.names[number]
         tracked = self.tracked.readings.get(name) or TrackedConstants()
         numbers = self.bounds.samples(name, [row.value] if row.value != NONE else [], row.low, row.high, tracked)
-        return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
+        return [from_ordinal(self.types[number], n) for n in numbers], numbers
 
     def reading_cell(self, number: int, value: float) -> int:
         """Return the value of the loop's variable for a reading: a double, or the ordinal of another type."""
         row = self.tables.variables[number]
-        values = self.samples[number]
         if row.type == t.REAL:
             return self.posters[number].cell(value)
-        kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        numbers = [ordinal(kind, v) if kind else int(v) for v in values]
-        return bisect_right(numbers, int(value)) - 1
+        return bisect_right(self.ordinals(number), int(value)) - 1
+
+    def ordinals(self, number: int) -> list[int]:
+        """Return the ordinals of the samples of a reading that is no real."""
+        return [ordinal(self.types[number], value) for value in self.samples[number]]
 
     def _declare_pairs(self) -> None:
         """Declare, for two real posters that are compared, a variable for their order."""
