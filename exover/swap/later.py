@@ -53,7 +53,8 @@ class BrokenLater:
     new: Compiled
 
     @cached_property
-    def _questions(self) -> DecisionContext:
+    def questions(self) -> DecisionContext:
+        """The context in which the rules' decisions are built."""
         return DecisionContext(Vocabulary(self.new.model))
 
     @cached_property
@@ -71,7 +72,7 @@ class BrokenLater:
         return self._found[id(rule)]
 
     def _of(self, rule: Rule) -> Cond | None:
-        if not self._questions.restored(rule) or _is_killed(rule) or self._is_launched(rule):
+        if not self.questions.restored(rule) or _is_killed(rule) or self._is_launched(rule):
             return FALSE
         try:
             if (self._analysis.state_bits or 0) > MOST_BITS:
@@ -88,7 +89,7 @@ class BrokenLater:
         states = {variable.name for variable in model.variables if variable.kind == "state"}
         ends = (effect for r in model.requests for effect in (*r.on_ok, *r.on_failed, *r.on_interrupted))
         sets = [effect for effect in ends if isinstance(effect, SetState) and effect.state in names]
-        grows = self._questions.growing[id(rule)] and rule.slot_of is None and names <= states
+        grows = self.questions.growing[id(rule)] and rule.slot_of is None and names <= states
         return grows and all(folded(_with(rule.condition, each)) == FALSE for each in sets)
 
     def _reaching(self, broken: Set) -> Cond | None:

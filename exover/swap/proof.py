@@ -38,8 +38,6 @@ from exover.model.expression import (
 from exover.model.model import Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
 from exover.model.types import Enum, Type
-from exover.ocrd.decision_context import DecisionContext
-from exover.ocrd.vector import Vocabulary
 from exover.swap import record
 from exover.swap.carry import Carry
 from exover.swap.folding import folded
@@ -61,10 +59,6 @@ class Obligations:
     carry: Carry
     later: BrokenLater
     ended: frozenset[str]
-
-    @cached_property
-    def _questions(self) -> DecisionContext:
-        return DecisionContext(Vocabulary(self.carry.new.model))
 
     @cached_property
     def _latching(self) -> Latching:
@@ -113,7 +107,7 @@ class Obligations:
 
     def _breaks(self, rule: Rule, condition: Cond) -> Cond:
         """Return where a rule is broken that has this condition."""
-        once_stopped = self._questions.restored(rule)
+        once_stopped = self.later.questions.restored(rule)
         if rule.slot_of is None:
             return self._cond(condition, once_stopped)
         if self._gone(rule.slot_of):
@@ -194,7 +188,7 @@ class Obligations:
         ]
         if any(number.how != "unread" and self.carry.remembers(number) for number in ways):
             return Reading(name)
-        return Const(self._questions.start.readings[name])
+        return Const(self.later.questions.start.readings[name])
 
     def _used(self, resource: str) -> ModelTerm:
         """Return the used share of a resource, counting for each active slot all shares that it may have."""
