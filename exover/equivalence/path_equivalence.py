@@ -24,7 +24,7 @@ from exover.equivalence.diagram_equivalence import (
     same_action,
 )
 from exover.equivalence.entry_equivalence import Counting
-from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
+from exover.equivalence.record_equivalence import Records, different_for_all, different_records
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Rule
@@ -120,9 +120,8 @@ class PathComparison:
     @cached_property
     def different_steps(self) -> tuple[str, ...]:
         """What every step needs and the tables have otherwise than the rules: rules, launches, latches."""
-        records = self.records
-        found = [*unwatched(records), *wrong_conflicts(records), *wrong_rows(records)]
-        return (*found, *different_diagrams(self.questions, self.tables, records.reasons, self._same))
+        diagrams = different_diagrams(self.questions, self.tables, self.records.reasons, self._same)
+        return (*different_for_all(self.records), *diagrams)
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could

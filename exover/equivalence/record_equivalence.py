@@ -75,7 +75,14 @@ def different_records(records: Records, kind: str, name: str) -> Iterator[str]:
         yield from _reported(records, number)
 
 
-def unwatched(records: Records) -> Iterator[str]:
+def different_for_all(records: Records) -> Iterator[str]:
+    """Yield the records that every kind of event reads and that say otherwise than the model."""
+    yield from _unwatched(records)
+    yield from _wrong_conflicts(records)
+    yield from _wrong_rows(records)
+
+
+def _unwatched(records: Records) -> Iterator[str]:
     """Yield the entries whose change is not told to exactly the rules that test them."""
     testing: dict[int, set[int]] = {}
     for number, rule in enumerate(records.tables.rules):
@@ -86,7 +93,7 @@ def unwatched(records: Records) -> Iterator[str]:
             yield f"the rules that look at entry {entry}"
 
 
-def wrong_conflicts(records: Records) -> Iterator[str]:
+def _wrong_conflicts(records: Records) -> Iterator[str]:
     """Yield what the second channel reads otherwise than in the model: bit rows, and reasons."""
     for request, row, others in zip(
         records.model.requests, records.tables.requests, conflicts(records.model), strict=True
@@ -97,7 +104,7 @@ def wrong_conflicts(records: Records) -> Iterator[str]:
         yield "what reasons say of conflicts"
 
 
-def wrong_rows(records: Records) -> Iterator[str]:
+def _wrong_rows(records: Records) -> Iterator[str]:
     """Yield the launches and latches whose records name something else than the model: requests, arguments, reasons."""
     tables, start = records.tables, len(records.model.variables)
     for launch, required in zip(records.model.launches, tables.launches, strict=True):

@@ -22,7 +22,7 @@ from exover.equivalence.diagram_equivalence import (
     plain_entries,
     same_action,
 )
-from exover.equivalence.record_equivalence import Records, unwatched, wrong_conflicts, wrong_rows
+from exover.equivalence.record_equivalence import Records, different_for_all
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.predicates import StatePredicates
@@ -184,8 +184,7 @@ class StateComparison:
 
     def differences(self) -> Iterator[str]:
         """Yield what every step needs and the tables have otherwise: entries, rules, launches, latches."""
-        records = self.records
-        yield from (*unwatched(records), *wrong_conflicts(records), *wrong_rows(records))
+        yield from different_for_all(self.records)
         yield from self._different_entries()
         yield from different_diagrams(self.questions, self.loop.tables, self.loop.reasons, self._same)
 

@@ -16,7 +16,7 @@ from exover.dataclass import dataclass
 from exover.engines.smt.concretize import as_doubles
 from exover.engines.smt.solver import Inconclusive, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
-from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
+from exover.equivalence.record_equivalence import Records, different_for_all, different_records
 from exover.loop.diagram_walk import agreed
 from exover.loop.exact.layout import Layout, sort_of
 from exover.loop.exact.quantity_terms import QuantityTerms
@@ -76,10 +76,8 @@ class TermComparison:
     @cached_property
     def _steps(self) -> tuple[str, ...]:
         """What every step needs and the tables have otherwise: counters, rules, launches, latches."""
-        found = [*unwatched(self.records), *wrong_conflicts(self.records), *wrong_rows(self.records)]
-        found += self._different_entries()
-        found += different_diagrams(self.questions, self.tables, self.records.reasons, self._same)
-        return tuple(found)
+        diagrams = different_diagrams(self.questions, self.tables, self.records.reasons, self._same)
+        return (*different_for_all(self.records), *self._different_entries(), *diagrams)
 
     # ---- states ----
 
