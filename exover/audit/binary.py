@@ -25,11 +25,11 @@ from exover.audit.mission import (
 from exover.model.event import ENDINGS, Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.types import Real, Value, ordinal
+from exover.model.types import Real, Value
 from exover.model.wire import Json
 from exover.model.wire_reading import MAX_LINE
 from exover.run.codec import Codec
-from exover.run.records import NO_NUMBER, RecordCodec, bool_of, name_of, says_listen
+from exover.run.records import EVENTS, NO_NUMBER, OBSERVE, RecordCodec, event_entries, packed, says_listen, values_in
 
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
@@ -116,7 +116,7 @@ class RecordWriter:
         kind = self._model.variable[name].type
         if broken:
             return struct.pack("<d", math.nan) if isinstance(kind, Real) else struct.pack("<q", (1 << 63) - 1)
-        return _packed([Parameter(name, kind)], (value,))
+        return packed(kind, value)
 
     def _unread(self, fault: Invalid, kind: str, name: str | None, instance: int | None) -> bytes:
         code = CODES.index(fault.code) + 1
@@ -133,11 +133,7 @@ def time_record(time: float) -> bytes:
 
 
 def _packed(params: Sequence[Parameter], values: Sequence[Value]) -> bytes:
-    packed = []
-    for param, value in zip(params, values, strict=False):
-        real = isinstance(param.type, Real)
-        packed.append(struct.pack("<d", float(value)) if real else struct.pack("<q", ordinal(param.type, value)))
-    return b"".join(packed)
+    return b"".join(packed(param.type, value) for param, value in zip(params, values, strict=False))
 
 
 class MissionWriter:
@@ -200,10 +196,10 @@ class RecordReader:
         if kind == TIME:
             (time,) = struct.unpack_from("<xd", record)
             return Noted(()) if math.isnan(time) else Noted((), *read_time(time))
-        if kind not in (0, 1, 2, 3, 4, LAUNCH, KILL, WAIT, REJECT):
+        if kind not in (*EVENTS, LAUNCH, KILL, WAIT, REJECT):
             return Noted((Unread(Invalid("bad-event", f"there is no kind {kind} of record")),))
         number = struct.unpack_from("<xH", record)[0]
-        known, what = (self._observables, "poster") if kind == 2 else (self._requests, "request")
+        known, what = (self._observables, "poster") if kind == OBSERVE else (self._requests, "request")
         if number >= len(known):
             unknown = Invalid(f"unknown-{what}", f"its description has no {what} {number}")
             return Noted((Unread(unknown, "deed" if kind >= LAUNCH else "event"),))
@@ -216,28 +212,18 @@ class RecordReader:
         """Return a record as the object of a JSON line."""
         name = known["name"]
         match kind:
-            case 0:
-                return {"ask": name, "args": _values(known["args"], record[3:])}
-            case 1:
-                slot, outcome, status = struct.unpack_from("<xxxHBH", record)
-                found = {"report": name, "instance": slot, "outcome": name_of(ENDINGS, outcome)}
-                if status != NO_NUMBER:
-                    found["status"] = name_of(known["statuses"], status)
-                return found | ({"results": _values(known["results"], record[8:])} if outcome == 0 else {})
-            case 2:
-                return {"observe": name, "value": _value(known, record[3:])}
-            case 3:
-                return {"abort": name, "instance": struct.unpack_from("<xxxH", record)[0]}
-            case 4:
-                return {"abort": name, "waiting": True}
             case 6:
                 slot, given = struct.unpack_from("<xxxHB", record)
                 found = {"launch": name, "instance": slot}
-                return found | ({"args": _values(known["args"], record[6:])} if given else {})
+                return found | ({"args": values_in(known["args"], record[6:])} if given else {})
             case 7:
                 return {"kill": name, "instance": struct.unpack_from("<xxxH", record)[0]}
+            case 8:
+                return {"wait": name}
+            case 9:
+                return {"reject": name}
             case _:
-                return {"wait" if kind == WAIT else "reject": name}
+                return event_entries(kind, known, record)
 
 
 def read_description(file: BinaryIO) -> bytes:
@@ -291,17 +277,3 @@ def _type_of(described: Json) -> str:
     if kind == "enum" and not all(isinstance(value, str) for value in described["values"]):
         raise ValueError(kind)
     return kind
-
-
-def _values(described: Sequence[Json], data: bytes) -> Json:
-    return {each["name"]: _value(each, data[8 * number :]) for number, each in enumerate(described)}
-
-
-def _value(described: Json, data: bytes) -> Any:
-    """Return a value as in JSON; a number outside its type gives a value outside it."""
-    if described["type"] == "real":
-        return struct.unpack_from("<d", data)[0]
-    number: int = struct.unpack_from("<q", data)[0]
-    if described["type"] == "bool":
-        return bool_of(number)
-    return name_of(described["values"], number) if described["type"] == "enum" else number

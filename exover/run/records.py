@@ -29,6 +29,9 @@ from exover.ocrd.reasons import reasons
 
 NO_NUMBER = 0xFFFF
 NO_RULE = 0xFFFF_FFFF
+EVENTS = range(5)
+"""The kinds of records that are events: ask, report, observation, abort of an instance, abort of what waits."""
+OBSERVE = 2
 LISTEN = 5
 MOST_ACTIONS = 0xFFFF
 """The most actions of an answer that is a record."""
@@ -56,11 +59,10 @@ class RecordCodec:
         """The number of each launch rule, by name."""
         return {each.name: self._rules[each.name, each.because] for each in self._model.launches}
 
-    def description(self) -> bytes:
-        """Return the description that says what the numbers stand for: a JSON object as text."""
-        told = {
-            "spec": self._model.name,
-            "sha256": digest(self._model).hex(),
+    @cached_property
+    def _told(self) -> dict[str, list[Json]]:
+        """What the description says of the requests and observables."""
+        return {
             "requests": [
                 {
                     "name": each.name,
@@ -72,6 +74,14 @@ class RecordCodec:
                 for each in self._model.requests
             ],
             "observables": _described(self._observables),
+        }
+
+    def description(self) -> bytes:
+        """Return the description that says what the numbers stand for: a JSON object as text."""
+        told = {
+            "spec": self._model.name,
+            "sha256": digest(self._model).hex(),
+            **self._told,
             "rules": [{"rule": rule} | ({} if text is None else {"because": text}) for rule, text in self._rules],
             "codes": list(INVALID_CODES),
         }
@@ -90,33 +100,14 @@ class RecordCodec:
     def _entries(self, record: bytes) -> Json | Invalid:
         """Return a record as the object of a JSON line, or its fault; raises `struct.error` if it is too short."""
         kind, number = struct.unpack_from("<BH", record)
-        rest = record[3:]
-        if kind not in (0, 1, 2, 3, 4):
+        if kind not in EVENTS:
             return Invalid("bad-event", f"there is no kind {kind} of event")
-        if kind == 2:
-            return self._observed(number, rest)
-        if number >= len(self._model.requests):
-            return Invalid("unknown-request", f"there is no request {number}")
-        request = self._model.requests[number]
-        match kind:
-            case 0:
-                return {"ask": request.name, "args": _values(request.params, rest)}
-            case 1:
-                slot, outcome, status = struct.unpack_from("<HBH", rest)
-                found = {"report": request.name, "instance": slot, "outcome": name_of(ENDINGS, outcome)}
-                if status != NO_NUMBER:
-                    found["status"] = name_of(request.statuses, status)
-                return found | ({"results": _values(request.results, rest[5:])} if outcome == 0 else {})
-            case 3:
-                return {"abort": request.name, "instance": struct.unpack_from("<H", rest)[0]}
-            case _:
-                return {"abort": request.name, "waiting": True}
-
-    def _observed(self, number: int, rest: bytes) -> Json | Invalid:
-        if number >= len(self._observables):
+        known = self._told["observables" if kind == OBSERVE else "requests"]
+        if number < len(known):
+            return event_entries(kind, known[number], record)
+        if kind == OBSERVE:
             return Invalid("unknown-poster", f"there is no observable {number}")
-        name, kind = self._observables[number]
-        return {"observe": name, "value": _value(kind, rest)}
+        return Invalid("unknown-request", f"there is no request {number}")
 
     # ---- answers ----
 
@@ -128,7 +119,7 @@ class RecordCodec:
         match action:
             case Launched(name, slot, args, rule, because, origin):
                 number = NO_RULE if rule is None else self._rules[rule, because]
-                values = (_packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
+                values = (packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
                 return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(values)
             case Waits(name, rule, because, origin):
                 kind, slot, number = 1, NO_NUMBER, self._rules[rule, because]
@@ -152,7 +143,50 @@ class RecordCodec:
         return NO_RULE if rule is None else self._origins[rule]
 
 
-def _described(fields: Iterable[tuple[str, Type]]) -> list[dict[str, Any]]:
+def event_entries(kind: int, known: Json, record: bytes) -> Json:
+    """Return the record of an event as the object of a JSON line; `known`: the description of what it is about.
+
+    Raises `struct.error` if the record is too short.
+    """
+    name = known["name"]
+    match kind:
+        case 0:
+            return {"ask": name, "args": values_in(known["args"], record[3:])}
+        case 1:
+            slot, outcome, status = struct.unpack_from("<xxxHBH", record)
+            found = {"report": name, "instance": slot, "outcome": _name(ENDINGS, outcome)}
+            if status != NO_NUMBER:
+                found["status"] = _name(known["statuses"], status)
+            return found | ({"results": values_in(known["results"], record[8:])} if outcome == 0 else {})
+        case 2:
+            return {"observe": name, "value": _value(known, record[3:])}
+        case 3:
+            return {"abort": name, "instance": struct.unpack_from("<xxxH", record)[0]}
+        case _:
+            return {"abort": name, "waiting": True}
+
+
+def values_in(described: Sequence[Json], data: bytes) -> Json:
+    """Return the values of described parameters, by name; raises `struct.error` if there are fewer bytes."""
+    return {each["name"]: _value(each, data[8 * number :]) for number, each in enumerate(described)}
+
+
+def _value(described: Json, data: bytes) -> Any:
+    """Return a value as in JSON; a number outside its type gives a value outside it."""
+    if described["type"] == "real":
+        return struct.unpack_from("<d", data)[0]
+    number: int = struct.unpack_from("<q", data)[0]
+    if described["type"] == "bool":
+        return bool(number) if number in (0, 1) else NoBool(number)
+    return _name(described["values"], number) if described["type"] == "enum" else number
+
+
+def _name(names: Sequence[str], number: int) -> str:
+    """Return the name of this number; if there is none, `#` and the number, which is no name of the language."""
+    return names[number] if 0 <= number < len(names) else f"#{number}"
+
+
+def _described(fields: Iterable[tuple[str, Type]]) -> list[Json]:
     return [{"name": name} | _type(kind) for name, kind in fields]
 
 
@@ -170,43 +204,11 @@ def _type(kind: Type) -> dict[str, Any]:
             assert_never(kind)
 
 
-def _values(params: Sequence[Parameter], data: bytes) -> dict[str, Any]:
-    return {param.name: _value(param.type, data[8 * number :]) for number, param in enumerate(params)}
-
-
-def _value(kind: Type, data: bytes) -> Any:
-    """Return a value as in JSON; a number outside its type gives a value outside it."""
-    number = _unpacked(kind, data)
-    match kind:
-        case Bool():
-            return bool_of(int(number))
-        case Enum(values):
-            return name_of(values, int(number))
-        case _:
-            return number
-
-
 def says_listen(record: bytes) -> bool | None:
     """Return whether a record turns listening on, None if it does not turn it on or off."""
     return {b"\5\0": False, b"\5\1": True}.get(record[:2])
 
 
-def bool_of(number: int) -> bool | NoBool:
-    """Return the bool that a record has as this number; `NoBool` if it has none."""
-    return bool(number) if number in (0, 1) else NoBool(number)
-
-
-def name_of(names: Sequence[str], number: int) -> str:
-    """Return the name of this number; if there is none, `#` and the number, which is no name of the language."""
-    return names[number] if 0 <= number < len(names) else f"#{number}"
-
-
-def _packed(kind: Type, value: Value) -> bytes:
+def packed(kind: Type, value: Value) -> bytes:
     """Return the eight bytes of a value: a real as a double (IEEE 754), any other as its ordinal, signed."""
     return struct.pack("<d", float(value)) if isinstance(kind, Real) else struct.pack("<q", ordinal(kind, value))
-
-
-def _unpacked(kind: Type, data: bytes) -> float | int:
-    """Return the real or the ordinal in the first eight bytes; raises `struct.error` if there are fewer."""
-    number: float | int = struct.unpack_from("<d" if isinstance(kind, Real) else "<q", data)[0]
-    return number
