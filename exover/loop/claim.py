@@ -1,6 +1,6 @@
 """Claims: what a finding says of the closed loop, as a formula that all engines judge."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal, Protocol
 
 from exover.dataclass import dataclass
@@ -22,6 +22,8 @@ from exover.model.trace import Trace
 Progress = Callable[[str], None]
 """Receives a text that says what is being done."""
 Verdict = Literal["holds", "violated", "unknown"]
+VERDICTS: tuple[Verdict, ...] = ("violated", "unknown", "holds")
+"""The verdicts, the worst first."""
 NO_FORMULA = "what it asks is not said by a formula about runs"
 """The reason of `unknown` of an engine that can only judge formulas."""
 CONTRADICTORY = "the assumptions contradict each other"
@@ -93,6 +95,11 @@ def always_possible(since: Formula, goal: Formula, allowed: Formula) -> Formula:
     """Return AG (since -> EX E [allowed U (allowed and goal)]): `allowed` steps can lead from there to a goal."""
     reaching = Conjunction((allowed, goal))
     return all_always(implies(since, SomeNext(SomeUntil(allowed, reaching))))
+
+
+def worst(verdicts: Iterable[Verdict]) -> Verdict:
+    """Return the worst of some verdicts; `holds` if there is none."""
+    return min(verdicts, key=VERDICTS.index, default="holds")
 
 
 def believed(claim: Claim, verdict: Verdict, shown: bool) -> bool:

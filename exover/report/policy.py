@@ -11,13 +11,12 @@ from typing import Any, assert_never
 from exover.checks.finding import Baselined, BaselineStanding, Excuse, Finding, FindingKey, Waived
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
-from exover.loop.claim import Verdict
+from exover.loop.claim import VERDICTS, Verdict, worst
 from exover.model.model import Location
 from exover.report.json import UnreadableReport, loaded
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
 """The errors that may be waived for a while: nothing unsafe happens, but something that is wanted does not."""
-ORDER: tuple[Verdict, ...] = ("holds", "unknown", "violated")
 """The verdicts, from the best to the worst."""
 
 
@@ -106,7 +105,7 @@ def _known(finding: Finding, baseline: Baseline | None) -> bool:
     if baseline is None or finding.severity == "error":
         return False
     former = baseline.get(finding.key, "holds")
-    return ORDER.index(former) >= ORDER.index(finding.verdict)
+    return worst((former, finding.verdict)) == former
 
 
 def excuse_text(excuse: Excuse) -> str:
@@ -148,7 +147,7 @@ def _part(reports: list[Any], spec: str, file: str) -> dict[str, Any]:
 def _entry(finding: Any) -> tuple[FindingKey, Verdict]:
     if isinstance(finding, dict):
         check, subject, verdict = (finding.get(key) for key in ("check", "subject", "verdict"))
-        for known in ORDER:
+        for known in VERDICTS:
             if isinstance(check, str) and isinstance(subject, str) and verdict == known:
                 return (check, subject), known
     raise UnreadableReport("one of its findings has no check, subject or verdict")

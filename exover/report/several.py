@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from typing import Any, Literal, assert_never
 
 from exover import __version__
-from exover.loop.claim import Verdict
+from exover.loop.claim import VERDICTS, Verdict, worst
 from exover.model.wire import indented
 from exover.model.wording import counted, visible
 from exover.report import github, json, junit, sarif, text
 from exover.report.summary import Summary, Unchecked
 
 ReportFormat = Literal["text", "json", "sarif", "junit", "github"]
-WORST: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 
 
 def part(report: Summary | Unchecked, form: ReportFormat, timings: bool) -> Any:
@@ -60,8 +59,8 @@ def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: ReportFormat
         case "text":
             return "\n".join([*parts, _last(verdicts)])
         case "json":
-            verdict = next((each for each in WORST if each in verdicts), "holds")
-            return indented({"tool": "exover", "version": __version__, "verdict": verdict, "specs": list(parts)})
+            told = {"tool": "exover", "version": __version__, "verdict": worst(verdicts), "specs": list(parts)}
+            return indented(told)
         case "sarif":
             return sarif.written(list(parts))
         case "junit":
@@ -74,6 +73,6 @@ def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: ReportFormat
 
 def _last(verdicts: Sequence[Verdict]) -> str:
     counts = Counter(verdicts)
-    words = {each: "hold" if each == "holds" and counts[each] > 1 else each for each in WORST}
-    told = [f"{counts[each]} {words[each]}" for each in WORST if counts[each]]
+    words = {each: "hold" if each == "holds" and counts[each] > 1 else each for each in VERDICTS}
+    told = [f"{counts[each]} {words[each]}" for each in VERDICTS if counts[each]]
     return f"{counted(len(verdicts), 'spec')}: {', '.join(told)}\n"

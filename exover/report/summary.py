@@ -6,7 +6,7 @@ from typing import Literal
 from exover.checks.finding import Counted, Finding
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
-from exover.loop.claim import Verdict
+from exover.loop.claim import Verdict, worst
 from exover.model.model import Model
 from exover.model.property import Properties
 
@@ -114,11 +114,8 @@ class Unchecked:
 
 
 def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:
-    """Return `violated` iff a finding that counts is; else `unknown` iff one is; else `holds`."""
-    verdicts = {finding.verdict for finding in findings if counts(finding, counted)}
-    if "violated" in verdicts:
-        return "violated"
-    return "unknown" if "unknown" in verdicts else "holds"
+    """Return the worst verdict of the findings that count."""
+    return worst(finding.verdict for finding in findings if counts(finding, counted))
 
 
 def counts(finding: Finding, counted: frozenset[Severity]) -> bool:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from exover.checks.finding import SEVERITIES, Baselined, Counted, Finding, FindingKey, Waived
-from exover.loop.claim import Verdict
+from exover.loop.claim import VERDICTS, Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.trace import Trace
@@ -14,7 +14,6 @@ from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
 
-ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 LONG = 200
 """A finding with more characters than this is broken into lines, one for each part of its message."""
 
@@ -37,7 +36,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     causes = grouped(summary.findings)
     effects = _effects(summary.findings, causes)
     shown: dict[Trace, Finding] = {}
-    for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
+    for check, group in sorted(groups.items(), key=lambda item: VERDICTS.index(_worst(item[1]))):
         yield _counts(summary, check, group, causes, timings)
         for finding in _told(group, causes):
             yield from _finding(summary.model, finding, effects.get(finding.key, ()), shown)
@@ -115,7 +114,7 @@ def _counts(
     """Return the line of counts of a check; `causes`: as `grouped` returns them."""
     parts = ", ".join(
         _part([each for each in group if each.verdict == verdict], causes)
-        for verdict in ORDER
+        for verdict in VERDICTS
         if any(each.verdict == verdict for each in group)
     )
     methods = dict.fromkeys(finding.method for finding in group if finding.verdict == "holds")
@@ -128,7 +127,7 @@ def _counts(
 def _told(group: Iterable[Finding], causes: Mapping[FindingKey, Finding]) -> list[Finding]:
     """Return the findings that do not hold, violated ones first, but for those in `causes`."""
     told = [finding for finding in group if finding.verdict != "holds" and finding.key not in causes]
-    return sorted(told, key=lambda finding: ORDER.index(finding.verdict))
+    return sorted(told, key=lambda finding: VERDICTS.index(finding.verdict))
 
 
 def _part(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from exover.dataclass import dataclass
-from exover.loop.claim import Verdict
+from exover.loop.claim import Verdict, worst
 from exover.model.model import Rule
 from exover.model.property import Property
 from exover.swap.carry import Carry
@@ -49,10 +49,8 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
         wanted = helped[chosen] or [rule for rule in found if chosen in obligations.about(rule)]
         ended[chosen] = tuple(dict.fromkeys(rule.name for rule in wanted))
         _, found = _ask(replace(start, ended=frozenset(ended)), tuple(found), ask)
-    said = set(found.values())
-    verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
     names = tuple(dict.fromkeys(rule.name for rule in found))
-    return SwapAnswer(verdict, ended, names, asked, len({rule.name for rule in rules}), _forgotten(carry))
+    return SwapAnswer(worst(found.values()), ended, names, asked, len({rule.name for rule in rules}), _forgotten(carry))
 
 
 def _ask(obligations: Obligations, rules: tuple[Rule, ...], ask: AskProperties) -> tuple[int, dict[Rule, Verdict]]:

@@ -7,10 +7,9 @@ import pytest
 
 from exover.checks.finding import Baselined, Finding
 from exover.diagnostics import Severity
-from exover.loop.claim import CONTRADICTION, Verdict
+from exover.loop.claim import CONTRADICTION, VERDICTS, Verdict
 from exover.report import json as json_report
 from exover.report import text as text_report
-from exover.report.text import ORDER
 from tests.report.samples import FOUR, finding, summary
 from tests.support.growth import LINEAR, growth
 
@@ -140,7 +139,7 @@ def test_text_of_a_spec_in_which_all_holds() -> None:
 
 
 def test_people_are_told_of_violations_only_where_they_decide() -> None:
-    told = {(s, v): finding("safety", s, v).word for s in ("error", "warning", "note") for v in ORDER}
+    told = {(s, v): finding("safety", s, v).word for s in ("error", "warning", "note") for v in VERDICTS}
     assert told == {
         ("error", "violated"): "violated",
         ("warning", "violated"): "warning",
