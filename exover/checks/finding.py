@@ -48,7 +48,8 @@ class Finding:
     """The answer of one check for one subject (docs/checks.md).
 
     `method` says how a `holds` was proved, `message` what was found, for a reader who knows the spec and not the tool.
-    `seconds` is wall-clock time spent on this finding. `standing` is there if there is a baseline.
+    `seconds` is wall-clock time spent on this finding. `standing` is there if there is a baseline. `exhausted`: it is
+    `unknown` since its engine has taken all the steps, or all the memory, that it may take.
     """
 
     check: str
@@ -63,6 +64,7 @@ class Finding:
     seconds: float = 0.0
     standing: BaselineStanding | None = None
     excuse: Excuse | None = None
+    exhausted: bool = False
 
     @property
     def key(self) -> FindingKey:

@@ -18,7 +18,6 @@ from exover.checks.schedule.tasks import TaskAnswer, TaskRunner
 from exover.checks.schedule.workers import Lost, alone, spread
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
-from exover.engines.bdd.effort import LIMITS
 from exover.limits import INTERRUPTED, NO_LIMITS, Limits, TimeUp, interrupted
 from exover.loop.claim import Progress
 from exover.model.model import Model
@@ -194,7 +193,7 @@ class _Sheet:
     def _given_up(self, place: int, row: Sequence[Finding | None]) -> bool:
         """Return whether Z3 would be next, and diagrams came to their limit: such a question takes Z3 long, too."""
         left = self.runner.engines.names[place + 1 :]
-        return left[:1] == ("z3",) and any(each is not None and each.message in LIMITS for each in row)
+        return left[:1] == ("z3",) and any(each is not None and each.exhausted for each in row)
 
     def answer(self, row: Sequence[Finding]) -> Finding:
         """Return the finding of a question, given those of the engines: joined if they are compared, else the first."""

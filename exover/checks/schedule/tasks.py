@@ -164,7 +164,7 @@ class TaskRunner:
             return self._timed(check, finding, started)
         except OutOfSteps as reason:
             self._steps += effort.taken
-            return self._timed(check, question.unknown(str(reason)), started)
+            return self._timed(check, replace(question.unknown(str(reason)), exhausted=True), started)
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
 

@@ -24,7 +24,7 @@ NO_NODE = ("is `NULL` pointer", "run out of memory", "compose failed", "cofactor
 """What dd says where CUDD has made no node."""
 
 
-LIMITS = STEP_LIMIT, NODE_LIMIT = "step limit of diagrams", "node limit of diagrams"
+STEP_LIMIT, NODE_LIMIT = "step limit of diagrams", "node limit of diagrams"
 """The reasons of questions without an answer where diagrams took all their steps, or all their memory."""
 
 
