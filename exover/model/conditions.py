@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from exover.model.expression import And, Compare, Cond, Const, Param, Past, Status, atoms
+from exover.model.expression import And, Compare, Cond, Const, Or, Param, Past, Status, atoms
 from exover.model.model import Consumption, Launch, Model, Request, Share
 
 
@@ -19,7 +19,7 @@ def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
         yield None, latch.condition
     for launch in model.launches:
         yield None, launch.condition
-        yield launch.request, same_arguments(model.request[launch.request], launch)
+        yield launch.request, _same_arguments(model.request[launch.request], launch)
 
 
 def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, Compare]]:
@@ -34,7 +34,13 @@ def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, C
                 pass
 
 
-def same_arguments(request: Request, launch: Launch) -> Cond:
+def fulfilled(model: Model, launch: Launch) -> Cond:
+    """Return the condition that the request of a launch rule is active or waiting with the rule's arguments."""
+    same = _same_arguments(model.request[launch.request], launch)
+    return Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
+
+
+def _same_arguments(request: Request, launch: Launch) -> Cond:
     """Return the condition that the arguments of `request` equal those of the launch rule."""
     pairs = zip(request.params, launch.args, strict=True)
     return And(tuple(Compare("==", Param(parameter.name), Const(value)) for parameter, value in pairs))

@@ -11,9 +11,9 @@ from itertools import takewhile
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.model.conditions import same_arguments
+from exover.model.conditions import fulfilled
 from exover.model.decision import BUSY, Reason, verdict_without_kill
-from exover.model.expression import And, Compare, Cond, Const, Level, Not, Or, Status
+from exover.model.expression import And, Compare, Cond, Const, Level, Not
 from exover.model.model import Guard, Kill, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait
 from exover.model.waiting import killed_requests
 from exover.ocrd.decision import (
@@ -62,10 +62,8 @@ class Decider:
         """Return `DoAgree` where the condition of the launch rule holds and its request is neither active nor waiting
         with the same arguments.
         """
-        request = self.questions.model.request[launch.request]
-        same = same_arguments(request, launch)
-        held = Or((Status("active", request.name, same), Status("waiting", request.name, same)))
-        return self._agree(self.symbolic.truth(And((launch.condition, Not(held)))))
+        due = And((launch.condition, Not(fulfilled(self.questions.model, launch))))
+        return self._agree(self.symbolic.truth(due))
 
     def _agree(self, where: int) -> int:
         return self.manager.ite(where, self.manager.act(DoAgree(), NO), NO)

@@ -16,8 +16,7 @@ from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.model.conditions import same_arguments
-from exover.model.expression import Or, Status
+from exover.model.conditions import fulfilled
 from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
 from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
@@ -134,9 +133,7 @@ class CertificateProver:
         for rule in model.rules:
             yield from (f"(not {statement.moment(Broken(rule, once_stopped))})" for once_stopped in (False, True))
         for number, launch in enumerate(model.launches):
-            same = same_arguments(model.request[launch.request], launch)
-            held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
-            yield f"(or (not tried.{number}) {statement.condition(held)})"
+            yield f"(or (not tried.{number}) {statement.condition(fulfilled(model, launch))})"
         for number in range(len(model.requests)):
             yield from (f"(not fallen.{number})", f"(not (= place.{number} 1))", f"(not (= place.{number} 2))")
         for claim in self.claims.values():

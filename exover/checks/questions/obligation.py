@@ -3,8 +3,7 @@
 from exover.checks.finding import Finding
 from exover.checks.questions.question import Check, Context, Question, launches, unreached
 from exover.loop.claim import Claim, after_every_step
-from exover.model.conditions import same_arguments
-from exover.model.expression import Or, Status
+from exover.model.conditions import fulfilled
 from exover.model.model import Launch, Model
 from exover.model.property import Atom, Properties, implies
 
@@ -17,26 +16,20 @@ def decide(context: Context, question: Question) -> Finding:
     """Answer for a launch rule: holds iff `IFF`."""
     analysis = context.analysis
     launch = _named(context.model, question.subject)
-    due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(_held(context.model, launch))
+    due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(fulfilled(context.model, launch))
     return unreached(context, question, due, HOLDS, VIOLATED)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     launch = _named(model, subject)
-    held = implies(Atom(launch.condition), Atom(_held(model, launch)))
+    held = implies(Atom(launch.condition), Atom(fulfilled(model, launch)))
     return Claim("obligation", subject, after_every_step(held))
 
 
 def _named(model: Model, name: str) -> Launch:
     (launch,) = (launch for launch in model.launches if launch.name == name)
     return launch
-
-
-def _held(model: Model, launch: Launch) -> Or:
-    """Return that the request is active or waiting with those arguments."""
-    same = same_arguments(model.request[launch.request], launch)
-    return Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
 
 
 CHECK = Check("obligation", "error", IFF, launches, decide, claim, HOLDS, VIOLATED)
