@@ -154,18 +154,11 @@ class NearbyRuns:
         return {name: list(requests) for name, requests in found.items()}
 
     @cached_property
-    def _rules(self) -> dict[str, list[Rule]]:
-        found: dict[str, list[Rule]] = {}
-        for rule in self.reference.model.rules:
-            found.setdefault(rule.name, []).append(rule)
-        return found
-
-    @cached_property
     def _guards(self) -> dict[str, list[Cond]]:
         return {guard.name: [guard.condition] for each in self.reference.model.requests for guard in each.guards}
 
     def _near(self, name: str) -> _Near:
-        rules = self._rules.get(name, [])
+        rules = self.reference.model.rules_named(name)
         conditions = [rule.condition for rule in rules] + self._guards.get(name, [])
         named = {read for condition in conditions for read in reads(condition)}
         requests = dict.fromkeys(self._questions.get(name, ()))

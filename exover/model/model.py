@@ -4,7 +4,7 @@ Everything stands in the order of the text. `place` numbers guards, consumptions
 order; the order of demands in a decision is the order of places (docs/language.md section 4).
 """
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from typing import Literal
@@ -266,6 +266,17 @@ class Model:
     def resource(self) -> dict[str, Resource]:
         """The resources by name."""
         return {resource.name: resource for resource in self.resources}
+
+    def rules_named(self, name: str) -> Sequence[Rule]:
+        """Return the rules of a name, in the order of the text."""
+        return self._rules.get(name, ())
+
+    @cached_property
+    def _rules(self) -> dict[str, list[Rule]]:
+        found: dict[str, list[Rule]] = {}
+        for rule in self.rules:
+            found.setdefault(rule.name, []).append(rule)
+        return found
 
     @cached_property
     def texts(self) -> dict[str, str | None]:

@@ -33,7 +33,7 @@ def reason_text(model: Model, state: State, link: Blocked, where: str = "there")
     wants = _wanted(model, state, link)
     more = f" (it wants {wants} of {model.resource[reason.rule].capacity})" if wants else ""
     guards = [guard.condition for guard in request.guards if guard.name == reason.rule]
-    rules = [rule.condition for rule in model.rules if rule.name == reason.rule]
+    rules = [rule.condition for rule in model.rules_named(reason.rule)]
     values = bind(request.params, link.args)
     asked = dict.fromkeys(name for guard in guards for name in _own_parameters(guard))
     given = [f"{name} == {value_text(values[name])}" for name in asked]

@@ -103,7 +103,7 @@ def kept(model: Model, name: str) -> Iterator[str]:
     """Yield, in words, how much of a resource or of a limit is taken at most at a time since rules exclude pairs of
     requests, if that keeps it.
     """
-    for rule in (each for each in model.rules if each.name == name):
+    for rule in model.rules_named(name):
         match rule.condition:
             case Compare(">", Used(resource), Const(int(most))):
                 weights = {each.name: each.instances * most_held(model, each, resource) for each in model.requests}

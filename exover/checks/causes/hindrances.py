@@ -25,7 +25,7 @@ def reason_reads(model: Model, state: State, request: Request, reason: Reason) -
             in_the_way = idle - set(made_by(model, guard.condition, truth=True))
             told = (each for each in reads(guard.condition) if each.kind != "active" or each.name not in in_the_way)
             read |= dict.fromkeys(sorted(told))
-    for each in (each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))):
+    for each in (each for rule in model.rules_named(reason.rule) for each in sorted(rule_reads(rule))):
         holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
         for held in holders:
             if held.kind != "active" or held.name not in idle:
@@ -46,10 +46,9 @@ def hindering(model: Model, request: Request, reason: Reason) -> Iterator[str]:
     for guard in request.guards:
         if guard.name == reason.rule:
             yield from made_by(model, guard.condition, truth=False)
-    for rule in model.rules:
-        if rule.name == reason.rule:
-            yield from made_by(model, rule.condition, truth=True)
-            yield from (rule.slot_of,) if rule.slot_of else ()
+    for rule in model.rules_named(reason.rule):
+        yield from made_by(model, rule.condition, truth=True)
+        yield from (rule.slot_of,) if rule.slot_of else ()
 
 
 def made_by(model: Model, condition: Cond, truth: bool) -> Iterator[str]:

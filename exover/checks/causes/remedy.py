@@ -21,7 +21,7 @@ def advice(reference: Reference, state: State, name: str) -> str:
     """Return, in words, the remedies that would restore the rule wherever it is broken; or if the form of its condition
     shows none, those that would in this state, in which it is.
     """
-    rules = _rules(reference.model, name)
+    rules = reference.model.rules_named(name)
     requests, remedies = _killable(reference.model, name), rules[0].remedies
     known = {request for remedy in remedies if isinstance(remedy, Kill) for request in remedy.requests}
     if _ends(reference.model, rules, requests):
@@ -92,16 +92,12 @@ def _known(model: Model, condition: Cond, idle: Collection[str]) -> bool | None:
             return None
 
 
-def _rules(model: Model, name: str) -> list[Rule]:
-    return [rule for rule in model.rules if rule.name == name]
-
-
 def _killable(model: Model, name: str) -> list[str]:
     """Return the requests that a kill of the rule may name: it reads their activity, or a resource that they use."""
-    read = active_reads(model, _rules(model, name))
+    read = active_reads(model, model.rules_named(name))
     return [request.name for request in model.requests if request.name in read]
 
 
 def _broken(reference: Reference, state: State, name: str) -> bool:
-    instances = (each for rule in _rules(reference.model, name) for each in reference.instances(state, rule))
+    instances = (each for rule in reference.model.rules_named(name) for each in reference.instances(state, rule))
     return any(reference.true(state, each) for each in instances)

@@ -68,7 +68,7 @@ def _conditions_of(model: Model, name: str) -> Iterator[tuple[Cond, tuple[Parame
     """Yield the conditions of the guards, rules and launch rules of a name, each with the parameters it may read."""
     for request in model.requests:
         yield from ((guard.condition, request.params) for guard in request.guards if guard.name == name)
-    for rule in (each for each in model.rules if each.name == name):
+    for rule in model.rules_named(name):
         yield rule.condition, model.request[rule.slot_of].params if rule.slot_of else ()
     yield from ((each.condition, ()) for each in model.launches if each.name == name)
 

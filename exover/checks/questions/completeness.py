@@ -18,8 +18,7 @@ def decide(context: Context, question: Question) -> Finding:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    named = (rule for rule in model.rules if rule.name == subject)
-    kept = Conjunction(tuple(Negation(Broken(rule, once_stopped=True)) for rule in named))
+    kept = Conjunction(tuple(Negation(Broken(rule, once_stopped=True)) for rule in model.rules_named(subject)))
     return Claim("completeness", subject, after_every_step(kept))
 
 

@@ -20,7 +20,7 @@ def decide(context: Context, question: Question) -> Finding:
     Rules that stand for each slot of a request are skipped: they are about active slots, and initially there are none.
     """
     start = context.reference.start()
-    named = context.rules[question.subject]
+    named = context.model.rules_named(question.subject)
     if any(rule.slot_of is None and holds(context.model, start, rule.condition) for rule in named):
         return question.violated(VIOLATED, Trace(()), INITIAL)
     return question.holds(HOLDS, INITIAL)
@@ -28,10 +28,8 @@ def decide(context: Context, question: Question) -> Finding:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    named = (rule for rule in model.rules if rule.name == subject)
-    return Claim(
-        "consistency", subject, Conjunction(tuple(Negation(Broken(rule, once_stopped=False)) for rule in named))
-    )
+    kept = Conjunction(tuple(Negation(Broken(rule, once_stopped=False)) for rule in model.rules_named(subject)))
+    return Claim("consistency", subject, kept)
 
 
 CHECK = Check("consistency", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

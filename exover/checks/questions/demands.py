@@ -39,7 +39,7 @@ def certain_before(model: Model, label: Label) -> str | None:
 
     Both always apply, so that no remedy behind them is taken.
     """
-    written = [_named(each.name, each.remedies, each.slot_of) for each in model.rules if each.name == label[1]]
+    written = [_named(each.name, each.remedies, each.slot_of) for each in model.rules_named(label[1])]
     written += [_named(each.name, each.remedies, None) for each in model.resources if each.name == label[1]]
     found = set[str | None]()
     for labels in ([each for _, each in remedies] for remedies in written):

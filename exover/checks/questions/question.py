@@ -53,14 +53,6 @@ class Context:
         return self.analysis.reference
 
     @cached_property
-    def rules(self) -> dict[str, list[Rule]]:
-        """The rules by name, in the order of the text."""
-        found: dict[str, list[Rule]] = {}
-        for rule in self.model.rules:
-            found.setdefault(rule.name, []).append(rule)
-        return found
-
-    @cached_property
     def demands(self) -> Demands:
         """The guards and remedies by name."""
         return demands(self.model)
@@ -147,7 +139,7 @@ def unreached(context: Context, question: Question, states: Set, holds: str, vio
 
 def unbroken(context: Context, question: Question, broken: Callable[[Rule], Set], holds: str, violated: str) -> Finding:
     """Return that it holds iff no step ends in a state that is `broken` for a rule of the subject; else a run to it."""
-    named = context.rules[question.subject]
+    named = context.model.rules_named(question.subject)
     if context.tables.prevents(named):
         return question.holds(PREVENTED, INDUCTION)
     states = reduce(or_, map(broken, named), context.analysis.space.none)

@@ -17,7 +17,7 @@ def decide(context: Context, question: Question) -> Finding:
 
     The rules that an answer names do not count: a request that is rejected for another rule is rejected as well.
     """
-    named = context.rules[question.subject]
+    named = context.model.rules_named(question.subject)
     events = None if context.properties.assumptions else context.nearby.shown(question.subject).contrast
     if events is not None:
         message = f"without the rule step {len(events)} of a run is decided otherwise"

@@ -31,7 +31,7 @@ def decide(context: Context, question: Question) -> Finding:
     analysis, name = context.analysis, question.subject
     if context.shows(("rule", name)):
         return question.holds(HOLDS, WITNESS)
-    broken = analysis.broken(context.rules.get(name, ()))
+    broken = analysis.broken(context.model.rules_named(name))
     due = analysis.space.none
     for launch in context.model.launches:
         if launch.name == name:
@@ -52,7 +52,7 @@ def subjects(model: Model, properties: Properties) -> Subjects:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    broken = Disjunction(tuple(Broken(rule, once_stopped=True) for rule in model.rules if rule.name == subject))
+    broken = Disjunction(tuple(Broken(rule, once_stopped=True) for rule in model.rules_named(subject)))
     due = tuple(Atom(launch.condition) for launch in model.launches if launch.name == subject)
     named = Disjunction((Passed(("rule", subject)), *due))
     return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))

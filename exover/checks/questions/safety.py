@@ -30,8 +30,7 @@ def _unsafe(context: Context, rule: Rule) -> Set:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    named = (rule for rule in model.rules if rule.name == subject)
-    safe = Conjunction(tuple(Negation(_unsafe_moment(rule)) for rule in named))
+    safe = Conjunction(tuple(Negation(_unsafe_moment(rule)) for rule in model.rules_named(subject)))
     return Claim("safety", subject, after_every_step(safe))
 
 

@@ -234,7 +234,7 @@ def changes(encoding: Encoding, rule: str) -> Literal:
 
     That a violation is not raised is another answer as well. The encoding is one whose observer is `Contrasts`.
     """
-    rules = (each for each in encoding.compiled.model.rules if each.name == rule)
+    rules = encoding.compiled.model.rules_named(rule)
     broken = encoding.moments.truth(Disjunction(tuple(Broken(each, once_stopped=True) for each in rules)))
     return encoding.graph.conjunction(
         encoding.legal, encoding.graph.any((encoding.moments.mark(otherwise(rule)), broken))
