@@ -52,7 +52,7 @@ def summarise(
     return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
 
 
-def table_figures(built: Build, bounded: bool, limits: "Limits | None" = None) -> "TableFigures":
+def table_figures(built: Build, bounded: bool, limits: "Limits | None") -> "TableFigures":
     """Return the sizes of tables; with `bounded`, also bounds on the costs of events and calls."""
     from exover.bounds.sizes import ram_bytes
     from exover.report.summary import TableFigures

@@ -45,9 +45,7 @@ class AuditChecker(Protocol):
 class Follower:
     """The audit of one mission. `tell` gets each divergence, and each ask if `wants_asks`."""
 
-    def __init__(
-        self, model: Model, checker: AuditChecker, tell: Callable[[AuditRow], None], wants_asks: bool = False
-    ) -> None:
+    def __init__(self, model: Model, checker: AuditChecker, tell: Callable[[AuditRow], None], wants_asks: bool) -> None:
         self._model = model
         self._checker = checker
         self._tell = tell

@@ -14,9 +14,9 @@ class Live(ProgressLine):
     Errors come first: a finding of lower severity is held back until no question of a higher one is open.
     """
 
-    def __init__(self, started: float | None = None) -> None:
-        """Begin to count the seconds at this time of `monotonic` (default: now)."""
-        self._started = monotonic() if started is None else started
+    def __init__(self) -> None:
+        """Begin to count the seconds."""
+        self._started = monotonic()
         self._open: Counter[Severity] = Counter()
         self._asked = self._answered = 0
         self._held: list[Finding] = []

@@ -104,7 +104,7 @@ def analyse_spec(source: Source, before: TextAnalysis | None = None, read: ReadP
     return TextAnalysis(whole, mistakes + more, ReadText(whole, root), model, order=order, own=own)
 
 
-def analyse_part(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:
+def analyse_part(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None) -> TextAnalysis:
     """Return the analysis of a part in its spec; if that does not include it, the part is only parsed."""
     place = os.path.realpath(source.name)
     part = next((each for each in spec.source.parts if os.path.realpath(each.name) == place), None) if spec else None

@@ -39,10 +39,9 @@ class JournalFile:
     their number is written before the next line that can be.
     """
 
-    def __init__(self, path: str, complain: Complaint, clock: Callable[[], float] = time) -> None:
+    def __init__(self, path: str, complain: Complaint) -> None:
         self._path = path
         self._complain = complain
-        self._clock = clock
         self._file = _opened(path)
         self._lost = 0
         self._begun = b"" if _ends_whole(path) else b"\n"
@@ -50,7 +49,7 @@ class JournalFile:
 
     def __call__(self, line: bytes) -> None:
         """Write a line."""
-        note = _stamped(f'{{"lost": {self._lost}}}', self._clock()) if self._lost else b""
+        note = _stamped(f'{{"lost": {self._lost}}}', time()) if self._lost else b""
         try:
             self._write(self._begun + note + line)
         except OSError as error:

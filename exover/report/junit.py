@@ -44,7 +44,7 @@ def written(name: str, parts: Sequence[Suites], timings: bool) -> str:
     return "".join(f"{line}\n" for line in (*lines, "</testsuites>"))
 
 
-def suites_of(summary: Summary, timings: bool = False, prefix: str = "") -> Suites:
+def suites_of(summary: Summary, timings: bool, prefix: str = "") -> Suites:
     """Return a suite for each check, named by the prefix and the check."""
     groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:

@@ -23,7 +23,7 @@ def find_rustc() -> list[str]:
     return command
 
 
-def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
+def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str]) -> Path:
     """Return the path of the checker's program, compiled in `folder`; raises `NativeUnavailable`."""
     rustc = find_rustc()
     build_crate(model, tables, "native", folder, flags)
@@ -40,6 +40,6 @@ def build_crate(model: Model, tables: Tables, name: str, folder: Path, flags: Se
     compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], None, "Rust")  # flags say what it makes
 
 
-def engine_of(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> NativeEngine:
+def engine_of(model: Model, tables: Tables) -> NativeEngine:
     """Return the emitted Rust of a model as an engine."""
-    return NativeEngine(model, tables, flags, build)
+    return NativeEngine(model, tables, FLAGS, build)

@@ -49,7 +49,7 @@ RUNLESS = ("consistency", "tables")
 
 
 def detailed(
-    model: Model, properties: Properties, findings: Sequence[Finding], is_late: Callable[[], bool] = lambda: False
+    model: Model, properties: Properties, findings: Sequence[Finding], is_late: Callable[[], bool]
 ) -> Iterator[Finding]:
     """Yield the findings in order, with the causes of the violated ones in their messages.
 

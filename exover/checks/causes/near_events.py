@@ -87,7 +87,7 @@ def _any(kind: Type, random: Random) -> Value:
 
 
 def onward(
-    reference: Reference, state: State, assumptions: Sequence[Assumption] = (), often: Sequence[Request] = ()
+    reference: Reference, state: State, assumptions: Sequence[Assumption], often: Sequence[Request] = ()
 ) -> Iterator[State]:
     """Yield the state, then the states of random runs from it, by reports, observations and asks.
 

@@ -175,9 +175,7 @@ def at_once(name: EngineName, engines: Engines, cut_off: bool) -> bool:
             assert_never(name)
 
 
-def batch_of(
-    name: EngineName, engines: Engines, compiled: Compiled, properties: Properties, spare: bool = False
-) -> Batch:
+def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties: Properties, spare: bool) -> Batch:
     """Return an engine that is asked all claims about a compiled model at once; `spare`: it may have two processes."""
     match name:
         case "aig":
