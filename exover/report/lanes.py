@@ -104,12 +104,8 @@ def _slot(state: State, name: str, slot: int) -> str:
 
 def _readings(story: Story, marks: dict[str, dict[int, tuple[LaneMark, ...]]]) -> Iterator[Lane]:
     """Yield a lane for each reading and level that changes or is observed."""
-    for name in story.start.readings:
-        cells = tuple(value_text(state.readings[name]) for state in story.states)
-        if name in marks or len(set(cells)) > 1:
-            yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
-    for name in story.start.levels:
-        cells = tuple(value_text(state.levels[name]) for state in story.states)
+    for name in (*story.start.readings, *story.start.levels):
+        cells = tuple(value_text(state.observed(name)) for state in story.states)
         if name in marks or len(set(cells)) > 1:
             yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
 
