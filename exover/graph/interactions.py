@@ -11,7 +11,7 @@ from typing import Literal, get_args
 from exover.dataclass import dataclass
 from exover.graph.exclusion import Exclusion, Member, exclusions, members
 from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
-from exover.model.reads import Read, in_question, reads, rule_reads
+from exover.model.reads import Read, in_question, reads, rule_reads, users
 from exover.model.waiting import killed, may_wait_for
 from exover.ocrd.conflicts import pair
 
@@ -218,11 +218,10 @@ class InteractionFinder:
 
     def _sources(self, named: frozenset[Read]) -> tuple[str, ...]:
         """Return the ids of the participants on which these reads depend, in the order of the text."""
-        shared = {read.name for read in named if read.kind == "used"}
-        users = {r.name for r in self.model.requests if any(share.resource in shared for share in r.shares)}
+        using = {user for read in named if read.kind == "used" for user in users(self.model, read.name)}
         other = READ_AS.values()
         found = {(read.kind if read.kind in other else "request", read.name) for read in named if read.kind != "used"}
-        places = {self._places[each] for each in found | {("request", user) for user in users}}
+        places = {self._places[each] for each in found | {("request", user) for user in using}}
         return tuple(self.participants[place].id for place in sorted(places))
 
     @cached_property

@@ -37,6 +37,7 @@ from exover.model.expression import (
 )
 from exover.model.model import Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
+from exover.model.reads import users
 from exover.model.types import Enum, Type
 from exover.swap import record
 from exover.swap.carry import Carry
@@ -86,8 +87,8 @@ class Obligations:
         model = self.carry.new.model
         conditions = (rule.condition, self.later.of(rule) or TRUE)
         named = {part for cond in conditions for atom in atoms(cond) for part in _requests(atom)}
-        used = {term.resource for term in operands(rule.condition) if isinstance(term, Used)}
-        named |= {request.name for request in model.requests if any(s.resource in used for s in request.shares)}
+        used = (term.resource for term in operands(rule.condition) if isinstance(term, Used))
+        named |= {name for resource in used for name in users(model, resource)}
         named |= {rule.slot_of} if rule.slot_of else set()
         return tuple(r.name for r in self.carry.old.model.requests if r.name in named and r.name not in self.ended)
 
