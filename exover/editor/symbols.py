@@ -185,8 +185,7 @@ class _Reader:
 
     def note(self, name: tree.Name, symbol: SpecSymbol) -> None:
         """Note a use of a symbol if it is declared."""
-        if symbol in self.declared:
-            self.found.append(SymbolOccurrence(name.span, symbol, declares=False))
+        self.first(name, (symbol,))
 
     def first(self, name: tree.Name, symbols: Iterable[SpecSymbol]) -> None:
         """Note a use of the first of these symbols that is declared."""
