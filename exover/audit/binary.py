@@ -47,12 +47,10 @@ class RecordWriter:
     """Writes the items of a mission as records with the numbers of a model, each behind its length."""
 
     def __init__(self, model: Model, codec: Codec | None = None) -> None:
-        index = ModelIndex(model)
         self._model = model
         self._codec = codec
-        self._requests = index.request
-        names = [*(variable.name for _, variable in index.posters), *index.stocks]
-        self._observables = {name: number for number, name in enumerate(names)}
+        self._requests = ModelIndex(model).request
+        self._observables = {name: number for number, name in enumerate(model.observable)}
 
     def record(self, item: Item) -> bytes:
         """Return the record of an item."""

@@ -19,7 +19,6 @@ from exover.gate.journal import JournalFile, Take, no_journal, stamped
 from exover.gate.mcp.proxy import McpProxy
 from exover.gate.mcp.session import McpSession
 from exover.gate.reading import read_binding
-from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.wording import counted
 from exover.pipeline import Build, build, check
@@ -145,10 +144,9 @@ def binding_of(path: str, model: Model) -> Binding:
 
 
 def _figures(binding: Binding, model: Model) -> str:
-    observable = len(ModelIndex(model).posters) + len(ModelIndex(model).stocks)
     parts = [
         f"{len(binding.requests)} of {counted(len(model.requests), 'request')}",
-        f"{len(binding.posters)} of {counted(observable, 'poster')}",
+        f"{len(binding.posters)} of {counted(len(model.observable), 'poster')}",
         counted(len(binding.watches), "watch", "watches"),
     ]
     return ", ".join(parts)

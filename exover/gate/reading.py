@@ -23,9 +23,8 @@ from exover.gate.binding import (
 from exover.gate.consistency import note_inconsistencies
 from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, decimal, is_value, path_of
 from exover.gate.schema import MistakeList
-from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
-from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.types import Bool, Enum, Type, Value
 from exover.model.waiting import may_wait
 from exover.model.wire_reading import domain
 from exover.source import Source
@@ -307,7 +306,7 @@ class _Reader:
     # ---- [poster."NAME"] ----
 
     def _known_posters(self) -> Iterator[PosterBinding]:
-        known = _observable(self._model)
+        known = self._model.observable
         for name, found in self._content.get("poster", {}).items():
             path: KeyPath = ("poster", name)
             if name not in known:
@@ -323,8 +322,3 @@ class _Reader:
 
 def _paths(table: Mapping[str, Any]) -> tuple[tuple[FieldPath, Any], ...]:
     return tuple((path_of(path), value) for path, value in table.items())
-
-
-def _observable(model: Model) -> dict[str, Type]:
-    posters: dict[str, Type] = {variable.name: variable.type for _, variable in ModelIndex(model).posters}
-    return posters | {each.name: Int(0, each.capacity) for each in ModelIndex(model).consumables}

@@ -11,7 +11,7 @@ from typing import Literal
 
 from exover.dataclass import dataclass
 from exover.model.expression import Cond
-from exover.model.types import Type, Value
+from exover.model.types import Int, Type, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,6 +266,12 @@ class Model:
     def resource(self) -> dict[str, Resource]:
         """The resources by name."""
         return {resource.name: resource for resource in self.resources}
+
+    @cached_property
+    def observable(self) -> dict[str, Type]:
+        """The types of what can be observed, by name: of the posters, then of the levels of consumable resources."""
+        posters = {variable.name: variable.type for variable in self.variables if variable.kind == "poster"}
+        return posters | {each.name: Int(0, each.capacity) for each in self.resources if each.consumable}
 
     def rules_named(self, name: str) -> Sequence[Rule]:
         """Return the rules of a name, in the order of the text."""

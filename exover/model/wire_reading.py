@@ -135,11 +135,9 @@ def _report(model: Model, entries: Json) -> Event | Invalid:
 
 def _observe(model: Model, entries: Json) -> Event | Invalid:
     name = entries["observe"]
-    observable: dict[str, Type] = {v.name: v.type for v in model.variables if v.kind == "poster"}
-    observable |= {r.name: Int(0, r.capacity) for r in model.resources if r.consumable}
-    if not isinstance(name, str) or name not in observable:
-        return _unknown("unknown-poster", "poster or consumable resource", name, observable)
-    kind = observable[name]
+    if not isinstance(name, str) or name not in model.observable:
+        return _unknown("unknown-poster", "poster or consumable resource", name, model.observable)
+    kind = model.observable[name]
     if "value" not in entries:
         return Invalid("missing-argument", f"`value` is missing: {name} reads {domain(kind)}")
     value = _value(kind, entries["value"], name)

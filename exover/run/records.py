@@ -44,10 +44,7 @@ class RecordCodec:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        index = ModelIndex(model)
-        self._requests = index.request
-        self._observables: list[tuple[str, Type]] = [(each.name, each.type) for _, each in index.posters]
-        self._observables += [(each.name, Int(0, each.capacity)) for each in index.consumables]
+        self._requests = ModelIndex(model).request
 
     @cached_property
     def _rules(self) -> dict[tuple[str, str | None], int]:
@@ -73,7 +70,7 @@ class RecordCodec:
                 }
                 for each in self._model.requests
             ],
-            "observables": _described(self._observables),
+            "observables": _described(self._model.observable.items()),
         }
 
     def description(self) -> bytes:
