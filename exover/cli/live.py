@@ -21,10 +21,6 @@ class Live(ProgressLine):
         self._asked = self._answered = 0
         self._held: list[Finding] = []
 
-    def __enter__(self) -> "Live":
-        super().__enter__()
-        return self
-
     def __call__(self, text: str) -> None:
         """Show this text instead of the last one, or while questions are open, how many are answered."""
         self.show(self._count() if self._answered < self._asked else text)

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import TracebackType
+from typing import Self
 
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.unread import MessageWriter
@@ -120,7 +121,7 @@ class ProgressLine:
     WIDTH = 79
     ERASE = "\r\x1b[K"
 
-    def __enter__(self) -> "ProgressLine":
+    def __enter__(self) -> Self:
         self._shown = sys.stderr is not None and sys.stderr.isatty()
         self._text = ""
         return self
