@@ -15,7 +15,7 @@ from random import Random
 from exover.engines.aig.circuit.words import as_word, lit
 from exover.engines.aig.encoding.concretize import Concretizer, LaneValues, Spurious
 from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
-from exover.engines.aig.encoding.state import Given, number
+from exover.engines.aig.encoding.state import Given, family_of, number
 from exover.engines.aig.simulation.evaluation import evaluator
 from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.loop.exact.events import event_of
@@ -110,9 +110,7 @@ class Inverse:
 
     def group(self, chosen: EncodedEvent, given: Given) -> object:
         """Return the first of the families that a value of an event is compared with."""
-        kind = chosen.kind
-        family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
-        return self.encoding.latches.grids.first(family)
+        return self.encoding.latches.grids.first(family_of(chosen.kind, given.parameter))
 
     def _cell(self, group: object, value: float) -> int:
         names = self.groups.get(group)

@@ -62,6 +62,8 @@ class Layout:
     """Maps a variable to the condition that it is in its domain; left out if every value of its sort is."""
     types: dict[str, Type] = field(default_factory=dict)
     """Maps a variable to the type of its values."""
+    held: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """Maps a variable that holds an argument or a result to its request, and to the name that it has there."""
     slots: dict[tuple[str, int], SlotNames] = field(default_factory=dict)
     places: dict[str, PlaceNames] = field(default_factory=dict)
     memories: dict[str, PastNames] = field(default_factory=dict)
@@ -83,11 +85,11 @@ class Layout:
         for slot in range(request.instances):
             owner = f"{name}[{slot}]"
             flags = self._flag(f"{owner} active"), self._flag(f"{owner} stopping")
-            self.slots[name, slot] = SlotNames(*flags, self._held(owner, request.params))
+            self.slots[name, slot] = SlotNames(*flags, self._held(owner, name, request.params))
         flags = self._flag(f"{name} waiting taken"), self._flag(f"{name} waiting clearing")
-        self.places[name] = PlaceNames(*flags, self._held(f"{name} waiting", request.params))
+        self.places[name] = PlaceNames(*flags, self._held(f"{name} waiting", name, request.params))
         known = self._flag(f"{name} past known")
-        values = self._held(f"{name} past", (*request.params, *request.results))
+        values = self._held(f"{name} past", name, (*request.params, *request.results))
         last = f"{name} last"
         self._hold(last, Enum(OUTCOMES), OUTCOMES[0])
         self.memories[name] = PastNames(known, values, last)
@@ -96,10 +98,12 @@ class Layout:
         self._hold(name, Bool(), False)
         return name
 
-    def _held(self, owner: str, parameters: tuple[Parameter, ...]) -> Holding:
-        for parameter in parameters:
-            self._hold(f"{owner}.{parameter.name}", parameter.type, resting_value(parameter.type))
-        return tuple(f"{owner}.{parameter.name}" for parameter in parameters)
+    def _held(self, owner: str, request: str, parameters: tuple[Parameter, ...]) -> Holding:
+        names = {f"{owner}.{parameter.name}": parameter for parameter in parameters}
+        for name, parameter in names.items():
+            self.held[name] = request, parameter.name
+            self._hold(name, parameter.type, resting_value(parameter.type))
+        return tuple(names)
 
     def _hold(self, name: str, kind: Type, initial: Value) -> None:
         self.vars[name] = self.terms.var(name, sort_of(kind))
@@ -201,13 +205,6 @@ class Layout:
     def readings(self) -> tuple[str, ...]:
         """The variables that belong to no request: of posters, states of modules, latches and levels."""
         return (*self.start.readings, *map(level_name, self.start.levels))
-
-    @cached_property
-    def held(self) -> frozenset[str]:
-        """The variables that hold arguments and results."""
-        found = [name for slot in self.slots.values() for name in slot.args]
-        found += [name for place in self.places.values() for name in place.args]
-        return frozenset(found + [name for memory in self.memories.values() for name in memory.values])
 
     @cached_property
     def owners(self) -> dict[str, str]:

@@ -10,7 +10,7 @@ from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.circuit.words import Grid, as_word
 from exover.engines.aig.encoding.encoder import EncodedEvent, Encoding
 from exover.engines.aig.encoding.range_allocation import Family
-from exover.engines.aig.encoding.state import Given, number
+from exover.engines.aig.encoding.state import Given, family_of, number
 from exover.engines.aig.simulation.evaluation import ConeValues, Evaluator, whole_evaluator
 from exover.engines.aig.simulation.lanes import initial
 from exover.engines.aig.simulation.replay import replay
@@ -123,7 +123,7 @@ class Concretizer:
 
     def _arguments(self, event: EncodedEvent, lane: LaneValues, state: State) -> tuple[Value, ...]:
         def compared(given: Given) -> Family:
-            return self.encoding.latches.grids.first(family_of(event.kind, given))
+            return self.encoding.latches.grids.first(family_of(event.kind, given.parameter))
 
         def held(given: Given) -> Iterator[Anchor]:
             return anchors(self.encoding, state, lane, event.kind, given)
@@ -151,11 +151,6 @@ class _Run:
     """The state before each moment, and the last one."""
     moments: list[Moment] = field(default_factory=list)
     spurious: Spurious | None = None
-
-
-def family_of(kind: Kind, given: Given) -> Family:
-    """Return the family of a real that comes with an event of a kind."""
-    return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
 
 
 def values_given(
@@ -187,7 +182,7 @@ def anchors(encoding: Encoding, state: State, lane: LaneValues, kind: Kind, give
     """Yield the reals that are held and compared with one that comes with an event of a kind."""
     if given.span.grid is not None and given.span.grid.places:
         layout, moved = encoding.latches, encoding.reembedded
-        group = layout.grids.first(family_of(kind, given))
+        group = layout.grids.first(family_of(kind, given.parameter))
         for name, held in layout.counted(state):
             if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
                 assert isinstance(held, float)

@@ -9,9 +9,9 @@ from exover.engines.aig.circuit.answer import Inputs
 from exover.engines.aig.circuit.graph import Circuit, Literal
 from exover.engines.aig.circuit.words import as_word
 from exover.engines.aig.encoding.common_events import NEW, OLD, CommonEvent
-from exover.engines.aig.encoding.concretize import Anchor, LaneValues, anchors, family_of, values_given
+from exover.engines.aig.encoding.concretize import Anchor, LaneValues, anchors, values_given
 from exover.engines.aig.encoding.range_allocation import Family
-from exover.engines.aig.encoding.state import Given
+from exover.engines.aig.encoding.state import Given, family_of
 from exover.engines.aig.encoding.versions import VersionPair
 from exover.engines.aig.simulation.evaluation import Evaluator, whole_evaluator
 from exover.engines.aig.simulation.lanes import initial
@@ -94,7 +94,7 @@ class PairConcretizer:
 
         def compared(each: Given) -> Family:  # both compare the same reals with each other
             side, _, kind = knowing[0]
-            return side.latches.grids.first(family_of(kind, each))
+            return side.latches.grids.first(family_of(kind, each.parameter))
 
         def held(each: Given) -> Iterator[Anchor]:
             return chain.from_iterable(anchors(side, state, lane, kind, each) for side, state, kind in knowing)

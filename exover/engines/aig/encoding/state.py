@@ -24,6 +24,11 @@ class AllocatedRange:
     grid: Grid | None = None
 
 
+def family_of(kind: Kind, parameter: Parameter) -> Family:
+    """Return the family of a value that an event of a kind brings."""
+    return (kind.name, parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
+
+
 def number(kind: Type, span: AllocatedRange, value: Value) -> int:
     """Return the number, or the position, that stands for a value of a type."""
     if span.grid is not None:
@@ -43,8 +48,8 @@ class Latches(Layout):
     shared: Mapping[str, tuple[Literal, ...]] = field(default_factory=dict)
     """By variable its latches, where those of another version are taken, whose values at the start are the same."""
 
-    def span(self, kind: Type, name: str) -> AllocatedRange:
-        """Return the numbers that stand for the values of a variable of a type."""
+    def span(self, kind: Type, family: Family) -> AllocatedRange:
+        """Return the numbers that stand for the values of a type in a family."""
         match kind:
             case Bool():
                 return AllocatedRange(0, 1)
@@ -53,13 +58,13 @@ class Latches(Layout):
             case Int(low, high):
                 return AllocatedRange(low, high)
             case Real(low, high):
-                grid = self.grids.grid(self.family(name))
+                grid = self.grids.grid(family)
                 ends = (max(low, float(grid.constants[0])), min(high, float(grid.constants[-1])))
                 first, last = (number(kind, AllocatedRange(0, 0, grid), end) for end in ends)
                 return AllocatedRange(first, last, grid)
 
     def _hold(self, name: str, kind: Type, initial: Value) -> None:
-        span = self.span(kind, name)
+        span = self.span(kind, self.family(name))
         start = number(kind, span, initial) - span.low
         bits = self.shared.get(name)
         if bits is None:
@@ -75,18 +80,11 @@ class Latches(Layout):
 
     def family(self, name: str) -> Family:
         """Return the family of the values of a variable."""
-        owner, dot, last = name.rpartition(".")
-        for request in self.model.requests:
-            if owner in (f"{request.name} waiting", f"{request.name} past") or (
-                owner.startswith(f"{request.name}[") and dot
-            ):
-                return request.name, last
-        return None, name
+        return self.held.get(name, (None, name))
 
     def span_given(self, kind: Kind, parameter: Parameter) -> AllocatedRange:
         """Return the numbers that stand for the values that an event of a kind brings."""
-        held = f"{kind.name} waiting.{parameter.name}"
-        return self.span(parameter.type, held if kind.verb in ("ask", "report") else kind.name)
+        return self.span(parameter.type, family_of(kind, parameter))
 
     def value_given(self, kind: Type, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return the value of a type that comes with an event as these inputs."""
