@@ -27,7 +27,6 @@ from exover.equivalence.entry_equivalence import Counting
 from exover.equivalence.record_equivalence import Records, different_for_all, different_records
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
-from exover.model.model import Rule
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
 from exover.ocrd.decision_context import DecisionContext
@@ -122,14 +121,6 @@ class PathComparison:
         """What every step needs and the tables have otherwise than the rules: rules, launches, latches."""
         diagrams = different_diagrams(self.questions, self.tables, self.records.reasons, self._same)
         return (*different_for_all(self.records), *diagrams)
-
-    def prevents(self, rules: Iterable[Rule]) -> bool:
-        """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
-        make them true, which the decisions of the tables prevent, being those of the rules in every state.
-        """
-        return all(
-            not self.questions.restored(rule) and all(map(self.decides, self.questions.asking(rule))) for rule in rules
-        )
 
     @cached_property
     def _counting(self) -> Counting:

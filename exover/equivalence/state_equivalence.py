@@ -68,15 +68,6 @@ class StateComparison:
         """Sets of states."""
         return self.sets.space
 
-    def prevents(self, rules: Iterable[Rule]) -> bool:
-        """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
-        make them true, which the decisions of the tables prevent, being those of the rules in every state.
-        """
-        return all(
-            not self.questions.restored(rule) and all(self.decides(request) for request in self.asking(rule))
-            for rule in rules
-        )
-
     def asking(self, rule: Rule) -> list[Request]:
         """Return the requests on whose decision a rule is in question."""
         return [self.loop.model.request[name] for name in self.questions.asking(rule)]

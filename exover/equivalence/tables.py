@@ -34,11 +34,17 @@ class TableComparison:
         return tuple(self.by_states.differences())
 
     def prevents(self, rules: Sequence[Rule]) -> bool:
-        """Return whether rules can be seen never to be broken since the decisions of the tables prevent it."""
+        """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
+        make them true, which the decisions of the tables prevent, being those of the rules in every state.
+        """
+        questions = self.by_paths.questions
+        if any(map(questions.restored, rules)):
+            return False
+        asking = [name for rule in rules for name in questions.asking(rule)]
         try:
-            return self.by_paths.prevents(rules)
+            return all(map(self.by_paths.decides, asking))
         except UndecidedPaths:
-            return self.by_states.prevents(rules)
+            return all(self.by_states.decides(self.analysis.loop.model.request[name]) for name in asking)
 
     def different(self, kind: str, name: str) -> Iterator[str]:
         """Yield in what the tables do otherwise than the rules say, for a kind of event and in every step."""
