@@ -22,7 +22,6 @@ if TYPE_CHECKING:  # it takes a second of every process that collects the tests
     from mcp import Client
 
 HERE = Path(__file__).parent
-Told = Callable[[], list[dict[str, Any]]]
 
 
 class Rig:
