@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any
 
+from exover.model.conditions import comparisons, conditions
 from exover.model.event import Action, Event, Invalid
-from exover.model.expression import Compare, Cond, Const, Past, Status, atoms
-from exover.model.model import Consumption, Model, Parameter, Share
+from exover.model.expression import Const
+from exover.model.model import Model, Parameter
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
@@ -20,33 +21,10 @@ Line = dict[str, Any]
 
 def constants(model: Model) -> tuple[Value, ...]:
     """Return the numbers that conditions, launches and initial values of the model name, increasing."""
-    found: set[float] = set()
-    conds: list[Cond] = [rule.condition for rule in model.rules]
-    conds += [latch.condition for latch in model.latches] + [launch.condition for launch in model.launches]
-    for request in model.requests:
-        conds += [guard.condition for guard in request.guards]
-        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
-        conds += [clause.when for clause in clauses if clause.when]
-    for cond in conds:
-        found |= _numbers(cond)
-    for value in (*(v.initial for v in model.variables), *(v for launch in model.launches for v in launch.args)):
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            found.add(value)
-    return tuple(sorted(found))
-
-
-def _numbers(cond: Cond) -> set[float]:
-    found: set[float] = set()
-    for atom in atoms(cond):
-        match atom:
-            case Compare(_, left, right):
-                sides = [side.value for side in (left, right) if isinstance(side, Const)]
-                found |= {side for side in sides if isinstance(side, int | float) and not isinstance(side, bool)}
-            case Status(_, _, where) | Past(_, where) if where:
-                found |= _numbers(where)
-            case _:
-                pass
-    return found
+    compared = (each for request, cond in conditions(model) for _, each in comparisons(cond, request))
+    named = [side.value for each in compared for side in (each.left, each.right) if isinstance(side, Const)]
+    named += [variable.initial for variable in model.variables]
+    return tuple(sorted({each for each in named if isinstance(each, int | float) and not isinstance(each, bool)}))
 
 
 class Stream:
