@@ -12,7 +12,6 @@ from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.circuit.graph import FALSE, Circuit, Literal
 from exover.engines.aig.encoding.concretize import Concretizer, Spurious
-from exover.engines.aig.encoding.coverage_goals import coverage_goals
 from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.encoding.questions import LassoQuestion
 from exover.engines.aig.liveness.k_liveness import KLiveness, Staying
@@ -22,7 +21,7 @@ from exover.engines.aig.liveness.liveness_to_safety import LivenessToSafety, loo
 from exover.engines.aig.liveness.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.liveness.tableau import staying
 from exover.engines.aig.simulation.coverage import CoverageGoals
-from exover.engines.aig.simulation.exploration import LANES, MOST_PAIRS, Exploration, Seed
+from exover.engines.aig.simulation.exploration import LANES, Exploration, Seed
 from exover.engines.aig.simulation.stimulus import RandomStimulus
 from exover.model.trace import Trace
 
@@ -43,7 +42,7 @@ class ShownLasso:
     trace: Trace
 
 
-WORDS, EXPLORED = 6, 4
+WORDS, EXPLORED = 6, 20
 """How many random words are tried from the seeds of a search; after how many rounds of random runs that show no end of
 a round of k-liveness a model checker is asked."""
 MOST_ROUNDS = 8
@@ -191,8 +190,9 @@ class Judging:
                     self.why.setdefault(place, reason)
                     given_up.append(place)
 
-        for number, answer in self._explored(asked, bad).items():
-            heard(number, answer)
+        for number, place in enumerate(asked):
+            if found := self._explored(self._monitor(place), bad[number]):
+                heard(number, found)
         left = [number for number, place in enumerate(asked) if place not in runs]
         circuit = self.encoding.circuit([bad[number] for number in left])
         self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=WORK)
@@ -201,18 +201,18 @@ class Judging:
         for place in sorted(given_up):
             self._return(place)
 
-    def _explored(self, asked: Sequence[int], bad: Sequence[Literal]) -> dict[int, Reachable]:
-        """Return runs to the bad literals of questions, by index: random ones, guided by what monitors have seen."""
-        monitors = [self._monitor(place) for place in asked]
-        seen = [latch for each in monitors for latch in (each.staying.begun, *each.seen)]
-        pairs = (*dict.fromkeys(latch >> 1 for latch in seen), *coverage_goals(self.encoding.latches).pairs)
+    def _explored(self, monitor: KLiveness, bad: Literal) -> Reachable | None:
+        """Return a run to a bad literal of a monitor, if random runs show one; they go on where most signals were seen.
+
+        What is new are sets of signals that were seen: as long as a run stays, they only grow.
+        """
+        seen = tuple(latch >> 1 for latch in monitor.seen)
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
-        circuit = self.encoding.circuit(bad)
-        exploration = Exploration(circuit, range(len(bad)), stimulus, CoverageGoals(pairs), most_pairs=4 * MOST_PAIRS)
+        circuit = self.encoding.circuit([bad])
+        exploration = Exploration(circuit, [0], stimulus, CoverageGoals(mode=seen, progress=seen))
         exploration.follow(self.runs)
-        while exploration.run(EXPLORED):
-            pass
-        return exploration.found
+        exploration.run(EXPLORED)
+        return exploration.found.get(0)
 
     def _signals(self, place: int) -> set[int]:
         """Return the indices of all signals of a question."""

@@ -14,10 +14,12 @@ class CoverageGoals:
     """The latches, by their nodes, whose values tell what is new.
 
     `pairs`: two of these with values that no run had together before are new; `mode`: so is a valuation of all these.
+    `progress`: the more of these are true in a state, the nearer it is to what is looked for.
     """
 
     pairs: tuple[int, ...] = ()
     mode: tuple[int, ...] = ()
+    progress: tuple[int, ...] = ()
 
 
 def value_pairs(signals: int) -> "array[int]":

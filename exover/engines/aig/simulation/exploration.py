@@ -9,6 +9,7 @@ reached little by little (after AFL's corpus and ATPG's state coverage).
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
+from heapq import nlargest
 from random import Random
 from typing import TypeVar
 
@@ -25,12 +26,13 @@ LANES = 1024
 STEPS = 12
 """Steps of a round."""
 SEEDS = 64
-"""From how many kept states a round begins: half are the latest, the others random, lest the latest lead nowhere."""
+"""From how many kept states a round begins: the latest, random ones, lest the latest lead nowhere, and the furthest if
+latches tell progress; as many of each."""
 PATIENCE = 8
 """How many rounds in a row may show nothing new."""
 ROUNDS = 30
 MOST_PAIRS = 100_000
-"""How many pairs of values are looked for at most, if no other number is given."""
+"""How many pairs of values are looked for at most."""
 MOST_NEW = 64
 """How many states are kept at once, at most, for new pairs, and as many for new modes."""
 
@@ -50,12 +52,14 @@ class _Kept:
     """A lane that showed something new. Its seed is made when it is first asked for: of most it never is.
 
     `state`: that of all lanes; `begun`: the runs at whose ends they began, dealt out in turn; `inputs`: since then.
+    `progress`: how many of the latches that tell it are true.
     """
 
     state: LaneState
     lane: int
     begun: Sequence[Inputs]
     inputs: Sequence[Mapping[int, LaneWord]] = ()
+    progress: int = 0
 
     @cached_property
     def seed(self) -> Seed:
@@ -88,7 +92,7 @@ def thinned(items: Sequence[T], most: int) -> Sequence[T]:
 class Exploration:
     """Looks for runs to the bad literals that are asked about, by index; if none is, for what is new alone.
 
-    `goals`: what counts as new, of up to `most_pairs` pairs, those of the first latches; `lanes`: how many runs go
+    `goals`: what counts as new, of up to `MOST_PAIRS` pairs, those of the first latches; `lanes`: how many runs go
     side by side. `cone`: an evaluator of all bad literals and latches, if there is one already.
     """
 
@@ -98,7 +102,6 @@ class Exploration:
     goals: CoverageGoals
     lanes: int = LANES
     cone: Evaluator | None = None
-    most_pairs: int = MOST_PAIRS
     found: dict[int, Reachable] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -106,12 +109,12 @@ class Exploration:
         self._latches: tuple[LatchNode, ...] = self.circuit.latches
         if self.cone is None:
             bad = [self.circuit.bad[index] for index in self.left]
-            nodes = *self.goals.pairs, *self.goals.mode
+            nodes = *self.goals.pairs, *self.goals.mode, *self.goals.progress
             self._latches = self.circuit.support([*bad, *(2 * node for node in nodes)])
         self._focus()
         kept = {latch.node for latch in self._latches}
         self._chosen = [node for node in self.goals.pairs if node in kept]
-        while len(self._chosen) * (len(self._chosen) - 1) * 2 > self.most_pairs:
+        while len(self._chosen) * (len(self._chosen) - 1) * 2 > MOST_PAIRS:
             self._chosen.pop()
         # a round keeps few states: with pairs ordered by distance, these cover all latches, not the first ones alone
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
@@ -136,7 +139,7 @@ class Exploration:
             for index, seen in self._seen(values, going):
                 self.found[index] = Reachable(runs[lowest(seen)][:length])
             state = after
-        self._kept += [_Kept(state, lane, runs) for lane in range(len(runs))]
+        self._keep(state, range(len(runs)), runs)
         return dict(self.found)
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
@@ -168,9 +171,7 @@ class Exploration:
         return self.corpus(len(self._kept))
 
     def _round(self, number: int) -> None:
-        chosen = self._kept[-SEEDS // 2 :]
-        chosen += Random(number).choices(self._kept, k=SEEDS - len(chosen))
-        seeds = [kept.seed for kept in chosen]
+        seeds = [kept.seed for kept in self._chosen_states(Random(number))]
         begun = [seed.run for seed in seeds]
         state: LaneState = self._dealt(seeds)
         inputs: list[Mapping[int, LaneWord]] = []
@@ -183,6 +184,16 @@ class Exploration:
             state = self._cone.after(values, self._everywhere)
             if step % 3 == 2:
                 self._cover(begun, tuple(inputs), state)
+
+    def _chosen_states(self, random: Random) -> list[_Kept]:
+        """Return the states from which a round begins."""
+        furthest: list[_Kept] = []
+        share = SEEDS // 2
+        if self.goals.progress:
+            share = SEEDS // 3
+            furthest = nlargest(share, self._kept, key=lambda kept: (kept.progress, random.random()))
+        chosen = [*furthest, *self._kept[-share:]]
+        return chosen + random.choices(self._kept, k=SEEDS - len(chosen))
 
     def _seen(self, values: ConeValues, lanes: LaneWord) -> Iterator[tuple[int, LaneWord]]:
         """Yield the indices left whose bad literals are true in some lanes, with these lanes, and remove them."""
@@ -208,7 +219,18 @@ class Exploration:
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
         lanes = self._pairs.cover(words, self.lanes, MOST_NEW)
         lanes += self._modes.cover([state[node] for node in self._mode], self.lanes, MOST_NEW)
-        self._kept += [_Kept(state, lane, begun, inputs) for lane in dict.fromkeys(lanes)]
+        self._keep(state, dict.fromkeys(lanes), begun, inputs)
+
+    def _keep(
+        self,
+        state: LaneState,
+        lanes: Iterable[int],
+        begun: Sequence[Inputs],
+        inputs: Sequence[Mapping[int, LaneWord]] = (),
+    ) -> None:
+        telling = [state[node] for node in self.goals.progress]
+        for lane in lanes:
+            self._kept.append(_Kept(state, lane, begun, inputs, sum(word >> lane & 1 for word in telling)))
 
 
 def _run(begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
