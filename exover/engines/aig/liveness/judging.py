@@ -1,8 +1,9 @@
 """Whether infinite runs satisfy formulas of LTL: proofs that none does, and lassos that do.
 
 k-liveness: if no run comes to the end of its k-th round, no infinite run satisfies the formula (Claessen, Sörensson
-2012). From a run that does, random runs that stay and repeat themselves look for a lasso. If one round of all signals
-decides nothing, liveness to safety: does a run come back to a state that was stored (Biere, Artho, Schuppan 2002)?
+2012). From a run that does, random runs that stay and repeat themselves look for a lasso. First it is asked of a round
+of few signals, then liveness to safety: does a run come back to a state that was stored (Biere, Artho, Schuppan 2002)?
+What that leaves open, more rounds may decide.
 """
 
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -12,6 +13,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.circuit.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.circuit.graph import FALSE, Circuit, Literal
 from exover.engines.aig.encoding.concretize import Concretizer, Spurious
+from exover.engines.aig.encoding.coverage_goals import coverage_goals
 from exover.engines.aig.encoding.encoder import Encoding
 from exover.engines.aig.encoding.questions import LassoQuestion
 from exover.engines.aig.liveness.k_liveness import KLiveness, Staying
@@ -42,11 +44,12 @@ class ShownLasso:
     trace: Trace
 
 
-WORDS, EXPLORED = 6, 20
-"""How many random words are tried from the seeds of a search; after how many rounds of random runs that show no end of
-a round of k-liveness a model checker is asked."""
-MOST_ROUNDS = 8
-"""The greatest k for which k-liveness is asked."""
+WORDS = 6
+"""How many random words are tried from the seeds of a search."""
+TOGETHER, ALONE = 4, 12
+"""How many rounds of random runs may end no round of k-liveness, of all questions together, and of one alone."""
+ROUNDS_ASKED = 1, 2, 4, 8
+"""For which k k-liveness is asked about all signals."""
 WORK, BRIEF = 50_000_000, 8
 """The budget of a question for model checkers; the fraction (1 / `BRIEF`) of it for one about a single state."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
@@ -82,10 +85,7 @@ class Judging:
         made = {each: staying(encoding, each.path, each.fair) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
         self.needed: list[set[int]] = [set() for _ in made]
-        """By question which of its signals a round waits for: those that some run was seen to miss."""
-        self.counts = dict.fromkeys(range(len(made)), 1)
-        """By question the k of k-liveness that is asked about next."""
-        self.rounds: dict[tuple[int, frozenset[int]], KLiveness] = {}
+        """By question those of its signals that some run was seen to miss; a first round waits for these alone."""
         places = {question: place for place, question in enumerate(made)}
         self.askers: dict[int, list[int]] = {}
         for index, question in enumerate(questions):
@@ -94,7 +94,7 @@ class Judging:
         self.machine = SimulatedCircuit.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
         self.ends: dict[int, Inputs] = {}
-        """By question the latest run found that ends a round, of all signals or of the needed ones."""
+        """By question the latest run found that ends a round of all signals."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
         latches = encoding.latches
@@ -115,21 +115,16 @@ class Judging:
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
-        shown = sorted(self.ends.keys() & self.counts.keys())  # known runs end a round of these
-        for place in shown:
-            self.needed[place] = self._signals(place)
-        self._look_on(shown)
-        turn = 1
-        while self.counts:
-            self._count(turn)
-            turn += 1
+        self._ask_few_signals()
+        whole = {place: KLiveness(self.encoding, self.staying[place]) for place in self.left}
+        self._look_for_returns(whole)
+        self._ask_all_signals(whole)
         for place in list(self.left):
-            nothing = f"neither a lasso nor a proof by {MOST_ROUNDS} rounds"
+            nothing = f"neither a lasso nor a proof by {ROUNDS_ASKED[-1]} rounds"
             self._answer(place, Open(self.why.get(place, nothing)))
 
     def _answer(self, place: int, answer: LassoAnswer) -> None:
         self.left.remove(place)
-        self.counts.pop(place, None)
         for index in self.askers[place]:
             self.say(index, answer)
 
@@ -161,82 +156,84 @@ class Judging:
         except Spurious:
             return None
 
-    def _monitor(self, place: int) -> KLiveness:
-        """Return the monitor that counts the rounds of a question; a round waits for the needed signals alone."""
-        needed = frozenset(self.needed[place])
-        if (place, needed) not in self.rounds:
-            whole = self.staying[place]
-            signals = tuple(whole.signals[number] for number in sorted(needed))
-            self.rounds[place, needed] = KLiveness(self.encoding, Staying(whole.begun, whole.step, signals))
-        return self.rounds[place, needed]
+    def _ask_few_signals(self) -> None:
+        """Ask whether runs end a round of the signals that some run misses; look for lassos from runs that do."""
+        few = {place: self._of_few(place) for place in self.left if place not in self.ends}
+        seen = [latch for each in few.values() for latch in (each.staying.begun, *each.seen)]
+        pairs = (*dict.fromkeys(latch >> 1 for latch in seen), *coverage_goals(self.encoding.latches).pairs)
+        explored = self._explored(few, CoverageGoals(pairs), TOGETHER)
+        left = {place: monitor for place, monitor in few.items() if place not in explored}
+        self._wander(self._seeds(explored | self._ended(left, 1)), 2)
 
-    def _count(self, turn: int) -> None:
-        """Ask of each question whether a run ends its k-th round; look for lassos, and go on, from runs that do."""
-        asked = list(self.counts)
-        bad = [self._monitor(place).bad(self.counts[place]) for place in asked]
-        runs: dict[int, list[Seed]] = {}
-        given_up: list[int] = []
+    def _of_few(self, place: int) -> KLiveness:
+        whole = self.staying[place]
+        signals = tuple(whole.signals[number] for number in sorted(self.needed[place]))
+        return KLiveness(self.encoding, Staying(whole.begun, whole.step, signals))
 
-        def heard(number: int, answer: Answer) -> None:
-            place = asked[number]
+    def _look_for_returns(self, whole: Mapping[int, KLiveness]) -> None:
+        """Look for lassos from runs that end a round of all signals, then ask whether runs return.
+
+        As long as a run stays, it sees more and more signals. Sets of them that no run has seen are new, and random
+        runs go on from those that have seen most.
+        """
+        known = {place: run for place, run in self.ends.items() if place in whole}
+        for place, monitor in whole.items():
+            if place not in known:
+                seen = tuple(latch >> 1 for latch in monitor.seen)
+                known |= self._explored({place: monitor}, CoverageGoals(mode=seen, progress=seen), ALONE)
+        self._look_from(known)
+        for place in list(self.left):
+            self._return(place)
+
+    def _ask_all_signals(self, whole: Mapping[int, KLiveness]) -> None:
+        """Ask whether runs end more and more rounds of all signals, as long as they do; look for lassos from them."""
+        asked = [place for place in self.left if place not in self.ends]
+        for count in ROUNDS_ASKED:
+            ended = self._ended({place: whole[place] for place in asked}, count)
+            self._look_from(ended)
+            asked = [place for place in self.left if place in (self.ends if count == 1 else ended)]
+
+    def _look_from(self, ended: Mapping[int, Inputs]) -> None:
+        """Look for lassos from runs that end a round of all signals, with little effort."""
+        self.ends |= ended
+        self._wander(self._seeds(ended), 3)
+        returning = {place: self._back_to(place, ended[place]) for place in sorted(ended) if place in self.left}
+        self._found({place: lasso for place, lasso in returning.items() if lasso})
+
+    def _seeds(self, ended: Mapping[int, Inputs]) -> dict[int, list[Seed]]:
+        """Return the states of runs in which questions stay, of those that do."""
+        found = {place: self.machine.seeds_of(place, run) for place, run in sorted(ended.items())}
+        return {place: seeds for place, seeds in found.items() if seeds}
+
+    def _ended(self, monitors: Mapping[int, KLiveness], count: int) -> dict[int, Inputs]:
+        """Return runs, by question, that end the `count`-th round of monitors; answer questions of which none does."""
+        bad = {place: monitor.bad(count) for place, monitor in monitors.items()}
+        runs: dict[int, Inputs] = {}
+
+        def heard(place: int, answer: Answer) -> None:
             match answer:
                 case Unreachable(invariant):
-                    self._answer(place, NoLasso(ROUNDS.format(self.counts[place]), bad[number], invariant))
+                    self._answer(place, NoLasso(ROUNDS.format(count), bad[place], invariant))
                 case Reachable(inputs):
-                    runs[place] = self.machine.seeds_of(place, inputs)
-                    self.ends[place] = inputs
+                    runs[place] = inputs
                 case Open(reason):
-                    del self.counts[place]
                     self.why.setdefault(place, reason)
-                    given_up.append(place)
 
-        for number, place in enumerate(asked):
-            if found := self._explored(self._monitor(place), bad[number]):
-                heard(number, found)
-        left = [number for number, place in enumerate(asked) if place not in runs]
-        circuit = self.encoding.circuit([bad[number] for number in left])
-        self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=WORK)
-        self._wander({place: found for place, found in runs.items() if found}, turn + 1)
-        self._look_on([place for place in sorted(runs) if place in self.counts])
-        for place in sorted(given_up):
-            self._return(place)
+        asked = list(bad)
+        circuit = self.encoding.circuit(list(bad.values()))
+        self.decide(circuit, lambda number, answer: heard(asked[number], answer), budget=WORK)
+        return runs
 
-    def _explored(self, monitor: KLiveness, bad: Literal) -> Reachable | None:
-        """Return a run to a bad literal of a monitor, if random runs show one; they go on where most signals were seen.
-
-        What is new are sets of signals that were seen: as long as a run stays, they only grow.
-        """
-        seen = tuple(latch >> 1 for latch in monitor.seen)
+    def _explored(self, monitors: Mapping[int, KLiveness], goals: CoverageGoals, rounds: int) -> dict[int, Inputs]:
+        """Return runs, by question, that end the first round of monitors, as far as random runs show some."""
+        asked = list(monitors)
+        circuit = self.encoding.circuit([monitor.bad(1) for monitor in monitors.values()])
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
-        circuit = self.encoding.circuit([bad])
-        exploration = Exploration(circuit, [0], stimulus, CoverageGoals(mode=seen, progress=seen))
+        exploration = Exploration(circuit, range(len(asked)), stimulus, goals)
         exploration.follow(self.runs)
-        exploration.run(EXPLORED)
-        return exploration.found.get(0)
-
-    def _signals(self, place: int) -> set[int]:
-        """Return the indices of all signals of a question."""
-        return set(range(len(self.staying[place].signals)))
-
-    def _look_on(self, places: Sequence[int]) -> None:
-        """Let rounds wait for all signals; if such a round has ended, ask for a return, then about more rounds."""
-        ended = [place for place in places if self.needed[place] == self._signals(place)]
-        first = [place for place in ended if self.counts[place] == 1]
-        returning = {place: self._back_to(place, self.ends[place]) for place in first}
-        self._found({place: lasso for place, lasso in returning.items() if lasso})
-        for place in places:
-            if place not in ended:
-                self.needed[place] = self._signals(place)
-            elif place in self.counts:
-                self._look_further(place)
-
-    def _look_further(self, place: int) -> None:
-        if self.counts[place] == 1:
-            self._return(place)
-        if place in self.counts:
-            self.counts[place] *= 2
-            if self.counts[place] > MOST_ROUNDS:
-                del self.counts[place]
+        while exploration.run(rounds):
+            pass
+        return {asked[number]: found.inputs for number, found in exploration.found.items()}
 
     def _back_to(self, place: int, run: Inputs) -> InputLasso | None:
         """Return a lasso whose loop begins at the end of `run`, if one is found with little effort; else None."""
