@@ -140,7 +140,8 @@ class Inquiry:
             Beside(self.bad_states.at_length(), spare and self.bad_states.unproved) as at_length,
             Beside(self._look_for_lassos(), spare and bool(self._infinite)) as lassos,
         ):
-            hear_all([(each, self._heard) for each in (lassos, found, at_length)], others)
+            # where one process does all: ways first, which take less time, and of each request an error depends on one
+            hear_all([(each, self._heard) for each in (found, lassos, at_length)], others)
         self._waits_end()
         self._ask_of_fair_runs()
         self._tell(final=True)
