@@ -26,6 +26,7 @@ from exover.engines.aig.liveness.judging import Judging
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.simulation.coverage import CoverageGoals
 from exover.engines.aig.simulation.replay import replayed
+from exover.engines.aig.ways import always_possible
 from exover.engines.beside import SideTask
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
@@ -500,6 +501,25 @@ def test_what_a_second_process_finds_is_said_before_lassos_are_done(
     assert os.read(told, 1) == b"+"
     for end in (begun, begin, said, say, told, tell):
         os.close(end)
+
+
+def test_one_process_looks_for_ways_before_lassos(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors depend on ways, and they take less time."""
+    order: list[str] = []
+    look, run = always_possible.judge_ways, Judging.run
+
+    def ways(*given: Any, **named: Any) -> None:
+        order.append("ways")
+        look(*given, **named)
+
+    def lassos(judging: Judging, runs: Sequence[Inputs]) -> None:
+        order.append("lassos")
+        run(judging, runs)
+
+    monkeypatch.setattr(always_possible, "judge_ways", ways)
+    monkeypatch.setattr(Judging, "run", lassos)
+    judged(*read(WAITS, forms("always (launched(m.b) leads to ended(m.b))")))
+    assert order == ["ways", "lassos"]
 
 
 def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.MonkeyPatch) -> None:
