@@ -48,8 +48,8 @@ WORDS = 6
 """How many random words are tried from the seeds of a search."""
 TOGETHER, ALONE = 4, 12
 """How many rounds of random runs may end no round of k-liveness, of all questions together, and of one alone."""
-ROUNDS_ASKED = 1, 2, 4, 8
-"""For which k k-liveness is asked about all signals."""
+FURTHER_ROUNDS = 2, 4, 8
+"""For which k k-liveness is asked after a return."""
 WORK, BRIEF = 50_000_000, 8
 """The budget of a question for model checkers; the fraction (1 / `BRIEF`) of it for one about a single state."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
@@ -116,11 +116,9 @@ class Judging:
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
         self._ask_few_signals()
-        whole = {place: KLiveness(self.encoding, self.staying[place]) for place in self.left}
-        self._look_for_returns(whole)
-        self._ask_all_signals(whole)
+        self._ask_all_signals()
         for place in list(self.left):
-            nothing = f"neither a lasso nor a proof by {ROUNDS_ASKED[-1]} rounds"
+            nothing = f"neither a lasso nor a proof by {FURTHER_ROUNDS[-1]} rounds"
             self._answer(place, Open(self.why.get(place, nothing)))
 
     def _answer(self, place: int, answer: LassoAnswer) -> None:
@@ -170,28 +168,33 @@ class Judging:
         signals = tuple(whole.signals[number] for number in sorted(self.needed[place]))
         return KLiveness(self.encoding, Staying(whole.begun, whole.step, signals))
 
-    def _look_for_returns(self, whole: Mapping[int, KLiveness]) -> None:
-        """Look for lassos from runs that end a round of all signals, then ask whether runs return.
+    def _ask_all_signals(self) -> None:
+        """Ask whether runs end a round of all signals, then whether they return, then about more and more rounds."""
+        whole = {place: KLiveness(self.encoding, self.staying[place]) for place in self.left}
+        known = {place: run for place, run in self.ends.items() if place in whole} | self._seen_ending(whole)
+        self._look_from(
+            known | self._ended({place: monitor for place, monitor in whole.items() if place not in known}, 1)
+        )
+        for place in list(self.left):
+            self._return(place)
+        asked = [place for place in self.left if place in self.ends]
+        for count in FURTHER_ROUNDS:
+            ended = self._ended({place: whole[place] for place in asked}, count)
+            self._look_from(ended)
+            asked = [place for place in self.left if place in ended]
+
+    def _seen_ending(self, whole: Mapping[int, KLiveness]) -> dict[int, Inputs]:
+        """Return runs that end a round of all signals, of questions of which none is known, as random runs show them.
 
         As long as a run stays, it sees more and more signals. Sets of them that no run has seen are new, and random
         runs go on from those that have seen most.
         """
-        known = {place: run for place, run in self.ends.items() if place in whole}
+        found: dict[int, Inputs] = {}
         for place, monitor in whole.items():
-            if place not in known:
+            if place not in self.ends:
                 seen = tuple(latch >> 1 for latch in monitor.seen)
-                known |= self._explored({place: monitor}, CoverageGoals(mode=seen, progress=seen), ALONE)
-        self._look_from(known)
-        for place in list(self.left):
-            self._return(place)
-
-    def _ask_all_signals(self, whole: Mapping[int, KLiveness]) -> None:
-        """Ask whether runs end more and more rounds of all signals, as long as they do; look for lassos from them."""
-        asked = [place for place in self.left if place not in self.ends]
-        for count in ROUNDS_ASKED:
-            ended = self._ended({place: whole[place] for place in asked}, count)
-            self._look_from(ended)
-            asked = [place for place in self.left if place in (self.ends if count == 1 else ended)]
+                found |= self._explored({place: monitor}, CoverageGoals(mode=seen, progress=seen), ALONE)
+        return found
 
     def _look_from(self, ended: Mapping[int, Inputs]) -> None:
         """Look for lassos from runs that end a round of all signals, with little effort."""
