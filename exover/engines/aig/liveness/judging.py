@@ -1,9 +1,9 @@
 """Whether infinite runs satisfy formulas of LTL: proofs that none does, and lassos that do.
 
 k-liveness: if no run comes to the end of its k-th round, no infinite run satisfies the formula (Claessen, Sörensson
-2012). From a run that does, random runs that stay and repeat themselves look for a lasso. First it is asked of a round
-of few signals, then liveness to safety: does a run come back to a state that was stored (Biere, Artho, Schuppan 2002)?
-What that leaves open, more rounds may decide.
+2012). From a run that does, random runs that stay and repeat themselves look for a lasso. It is asked of a round of few
+signals, then of all; then liveness to safety: does a run come back to a state that was stored (Biere, Artho, Schuppan
+2002)? What that leaves open, more rounds may decide.
 """
 
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -161,7 +161,10 @@ class Judging:
         pairs = (*dict.fromkeys(latch >> 1 for latch in seen), *coverage_goals(self.encoding.latches).pairs)
         explored = self._explored(few, CoverageGoals(pairs), TOGETHER)
         left = {place: monitor for place, monitor in few.items() if place not in explored}
-        self._wander(self._seeds(explored | self._ended(left, 1)), 2)
+        ended = explored | self._ended(left, 1)
+        of_all = [place for place in ended if len(few[place].seen) == len(self.staying[place].signals)]
+        self.ends |= {place: ended[place] for place in of_all}
+        self._wander(self._seeds(ended), 2)
 
     def _of_few(self, place: int) -> KLiveness:
         whole = self.staying[place]
@@ -172,9 +175,8 @@ class Judging:
         """Ask whether runs end a round of all signals, then whether they return, then about more and more rounds."""
         whole = {place: KLiveness(self.encoding, self.staying[place]) for place in self.left}
         known = {place: run for place, run in self.ends.items() if place in whole} | self._seen_ending(whole)
-        self._look_from(
-            known | self._ended({place: monitor for place, monitor in whole.items() if place not in known}, 1)
-        )
+        left = {place: monitor for place, monitor in whole.items() if place not in known}
+        self._look_from(known | self._ended(left, 1))
         for place in list(self.left):
             self._return(place)
         asked = [place for place in self.left if place in self.ends]
