@@ -17,7 +17,6 @@ from exover.report.json import UnreadableReport, loaded
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
 """The errors that may be waived for a while: nothing unsafe happens, but something that is wanted does not."""
-"""The verdicts, from the best to the worst."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,8 +37,7 @@ from tests.support.starving import starved
 from tests.support.words import word_of
 
 FEW = (17, 29, 51, 73, 119, 246, 253)
-"""Of `SEEDS`: whose questions are soon answered."""
-"""Those of the specs that are asked about here."""
+"""The random specs that are asked about here: their questions are soon answered."""
 PASSES = 5
 """How many passes settle all of these specs."""
 
