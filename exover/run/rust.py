@@ -23,7 +23,7 @@ def find_rustc() -> list[str]:
     return command
 
 
-def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str]) -> Path:
+def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
     """Return the path of the checker's program, compiled in `folder`; raises `NativeUnavailable`."""
     rustc = find_rustc()
     build_crate(model, tables, "native", folder, flags)
