@@ -9,7 +9,7 @@ from exover.explain.recorder import Decided, Recovered
 from exover.model.decision import Instance, NewcomerStates, verdict_without_kill
 from exover.model.evaluate import NOTHING, Scope, bind, holds
 from exover.model.explanation import Attempt, Demand, Fact, RuleVerdict
-from exover.model.model import Guard, Launch, Location, Rule
+from exover.model.model import Guard, KillRemedy, Launch, Location, Reject, Rule, Wait
 from exover.model.semantics import Reference
 from exover.model.state import SlotId, State
 from exover.model.wording import remedy_text, slot_text
@@ -112,14 +112,13 @@ class RuleVerdicts:
             return ()
         found: list[Attempt] = []
         for remedy in instance.rule.remedies:
-            slots = self.reference.targets(state, remedy, instance)
             text = remedy_text(remedy)
-            if slots is None and newcomer is None:
+            if isinstance(remedy, Reject | Wait) and newcomer is None:
                 found.append(Attempt(text, False, "it answers a newcomer, and ends nothing that is active"))
                 continue
-            if slots is None:
+            if isinstance(remedy, Reject | Wait):
                 return (*found, Attempt(text, True, "it always applies"))
-            others = [slot for slot in slots if slot != newcomer]
+            others = [slot for slot in self.reference.targets(state, remedy, instance) if slot != newcomer]
             after = state.idle(others)
             still = (
                 self.reference.true_either_way(after, instance) if newcomer else self.reference.true(after, instance)
@@ -163,8 +162,8 @@ class RuleVerdicts:
             for instance in self.reference.instances(stopped, rule) if rule.name == name else ():
                 if not self.reference.true(stopped, instance):
                     continue
-                kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
-                if slots is None or list(slots) in kills:
+                kills = [each for each in rule.remedies if isinstance(each, KillRemedy)]
+                if slots is None or list(slots) in [self.reference.targets(state, kill, instance) for kill in kills]:
                     scene = ImaginedScene({}, STOPPED)
                     found.append(
                         self._rule_verdict(stopped, instance, demand, scene, self._attempts(stopped, instance, None))

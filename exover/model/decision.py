@@ -12,6 +12,7 @@ from exover.model.model import (
     Effect,
     Forget,
     Kill,
+    KillRemedy,
     KillSlot,
     Model,
     Reject,
@@ -127,14 +128,12 @@ class Decisions:
         """Return C: the slots to clear, in the order in which they were found, each with the rule that put it there."""
         cleared: dict[SlotId, Reason] = {}
         for instance in questions:
+            kills = list(kills_first(instance.rule.remedies))
             state = launched.idle(cleared)
-            if not self.true_either_way(state, instance):
+            if not kills or not self.true_either_way(state, instance):
                 continue
-            for remedy in instance.rule.remedies:
-                slots = self.targets(state, remedy, instance)
-                if slots is None:
-                    break
-                others = [slot for slot in slots if slot != newcomer]
+            for remedy in kills:
+                others = [slot for slot in self.targets(state, remedy, instance) if slot != newcomer]
                 if not self.true_either_way(state.idle(others), instance):
                     for slot in others:
                         cleared.setdefault(slot, instance.reason)
@@ -193,7 +192,7 @@ class Decisions:
             if isinstance(remedy, Reject | Wait):
                 return [verdict_without_kill((remedy,))]
             killed = self._killed_requests(remedy, instance)
-            slots = self.targets(launched, remedy, instance) or []
+            slots = self.targets(launched, remedy, instance)
             without = launched.idle(slot for slot in slots if slot != newcomer)
             spared = [other for other in killed if other != name]
             if not self.true_either_way(self.with_clearing(without, name, spared), instance):
@@ -258,17 +257,15 @@ class Decisions:
         stopped = state.once_stopped()
         return stopped is not state and self.true(stopped, instance)
 
-    def targets(self, state: State, remedy: Remedy, instance: Instance) -> list[SlotId] | None:
-        """Return the active slots that a kill remedy names, in order; None for a remedy that is no kill."""
-        match remedy:
+    def targets(self, state: State, kill: KillRemedy, instance: Instance) -> list[SlotId]:
+        """Return the active slots that a kill names, in order."""
+        match kill:
             case Kill(requests):
                 return state.active(requests)
             case KillSlot():
                 return [instance.slot] if instance.slot else []
-            case Reject() | Wait():
-                return None
             case _:
-                assert_never(remedy)
+                assert_never(kill)
 
     def _killed_requests(self, remedy: Remedy, instance: Instance) -> tuple[str, ...]:
         """Return the requests that a remedy kills; none if it is no kill."""
@@ -298,6 +295,14 @@ def _objections(cleared: Mapping[SlotId, Reason], demands: "list[tuple[str | Dis
     yield from (("wait", reason) for verdict, reason in demands if verdict == "wait")
     yield from (("clear", reason) for reason in cleared.values())
     yield from (("settle", reason) for verdict, reason in demands if verdict == "settle")
+
+
+def kills_first(remedies: tuple[Remedy, ...]) -> Iterator[KillRemedy]:
+    """Yield the kills that stand before the first remedy that is none."""
+    for remedy in remedies:
+        if isinstance(remedy, Reject | Wait):
+            return
+        yield remedy
 
 
 def verdict_without_kill(remedies: tuple[Remedy, ...]) -> Literal["reject", "wait"]:

@@ -52,7 +52,8 @@ class KillSlot:
     """Kill the slot that the copy of the rule is for (`fail when`)."""
 
 
-Remedy = Reject | Wait | Kill | KillSlot
+KillRemedy = Kill | KillSlot
+Remedy = Reject | Wait | KillRemedy
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from exover.model.event import (
     Violated,
     Waits,
 )
-from exover.model.model import Launch, Request
+from exover.model.model import KillRemedy, Launch, Request
 from exover.model.state import Place, Slot, SlotId, State, resting
 
 
@@ -207,12 +207,13 @@ class Reference(Decisions):
     def _recover(self, step: Step) -> Step:
         stopped = step.state.once_stopped()
         for rule in self.rules(step.state):
-            for instance in self.instances(step.state, rule):
+            kills = [remedy for remedy in rule.remedies if isinstance(remedy, KillRemedy)]
+            for instance in self.instances(step.state, rule) if kills else ():
                 if not self.true(stopped, instance):
                     continue
-                for remedy in rule.remedies:
-                    slots = self.targets(step.state, remedy, instance)
-                    if slots is not None and not self.true(stopped.idle(slots), instance):
+                for kill in kills:
+                    slots = self.targets(step.state, kill, instance)
+                    if not self.true(stopped.idle(slots), instance):
                         step = self._kill(step, slots, instance.reason)
                         stopped = step.state.once_stopped()
                         break
