@@ -8,7 +8,7 @@ from exover.dataclass import dataclass
 from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Request, Rule
-from exover.model.reads import needs
+from exover.model.reads import all_needs
 from exover.ocrd.conflicts import pair
 
 
@@ -78,8 +78,7 @@ def _together(cond: Cond, model: Model) -> Iterator[tuple[str, str]]:
             for part in parts:
                 yield from _together(part, model)
         case And(parts):
-            needed = [group for part in parts if (group := needs(part, model))]
-            for one, other in combinations(needed, 2):
+            for one, other in combinations(all_needs(cond, model), 2):
                 yield from product(sorted(one), sorted(other))
             for part in parts:
                 yield from _together(part, model)

@@ -22,7 +22,7 @@ from exover.model.model import (
     SetState,
     Wait,
 )
-from exover.model.reads import in_question, needs
+from exover.model.reads import all_needs, in_question
 from exover.model.state import Slot, SlotId, State
 
 
@@ -219,18 +219,25 @@ class Decisions:
     # ---- rules ----
 
     @cached_property
+    def _needed(self) -> list[tuple[frozenset[str], ...]]:
+        """By rule sets of requests: at least one of each set is active where its F holds."""
+        own = [(frozenset({rule.slot_of}),) if rule.slot_of else () for rule in self.model.rules]
+        return [mine + all_needs(rule.condition, self.model) for mine, rule in zip(own, self.model.rules, strict=True)]
+
+    @cached_property
     def _needing(self) -> dict[str | None, list[int]]:
-        """For each request, the numbers of the rules whose F needs it or another request active; for None, the rest."""
+        """For each request, the numbers of the rules with it in the least of the sets; for None, those without sets."""
         found: dict[str | None, list[int]] = {None: []}
-        for number, rule in enumerate(self.model.rules):
-            needed = {rule.slot_of} if rule.slot_of else needs(rule.condition, self.model)
-            for name in needed if needed is not None else {None}:
+        for number, needed in enumerate(self._needed):
+            for name in min(needed, key=len) if needed else (None,):
                 found.setdefault(name, []).append(number)
         return found
 
     def rules(self, state: State) -> list[Rule]:
         """Return the rules in order, without those whose F is false because no request that it needs is active."""
-        numbers = {number for name, _ in (*state.held, (None, 0)) for number in self._needing.get(name, ())}
+        active = {name for name, _ in state.held}
+        numbers = {number for name in (*active, None) for number in self._needing.get(name, ())}
+        numbers = {number for number in numbers if not any(map(active.isdisjoint, self._needed[number]))}
         return [self.model.rules[number] for number in sorted(numbers)]
 
     def instances(self, state: State, rule: Rule) -> list[Instance]:

@@ -111,9 +111,8 @@ def needs(cond: Cond, model: Model) -> frozenset[str] | None:
             return None
         case Status(_, request, _):
             return frozenset({request})
-        case And(parts):
-            found = [needed for part in parts if (needed := needs(part, model)) is not None]
-            return min(found, key=len, default=None)
+        case And():
+            return min(all_needs(cond, model), key=len, default=None)
         case Or(parts):
             every = [needs(part, model) for part in parts]
             return frozenset().union(*(n for n in every if n is not None)) if None not in every else None
@@ -123,6 +122,12 @@ def needs(cond: Cond, model: Model) -> frozenset[str] | None:
             return frozenset(users(model, resource))
         case _:
             return None
+
+
+def all_needs(cond: Cond, model: Model) -> tuple[frozenset[str], ...]:
+    """Return sets of requests: at least one of each set is active in each state where the condition holds."""
+    parts = cond.parts if isinstance(cond, And) else (cond,)
+    return tuple(needed for part in parts if (needed := needs(part, model)) is not None)
 
 
 def in_question(model: Model) -> dict[str, tuple[Rule, ...]]:

@@ -47,3 +47,5 @@ def test_rules_about_what_is_idle_are_left_out() -> None:
     assert reference.rules(reference.start()) == []
     state, _ = reference.step(reference.start(), Ask("m.c", ()))
     assert [rule.name for rule in reference.rules(state)] == ["limit.1", "either", "odd"]
+    state, _ = reference.step(reference.start(), Ask("m.a", ()))
+    assert [rule.name for rule in reference.rules(state)] == ["p", "out"], "of the mutex both must be active"
