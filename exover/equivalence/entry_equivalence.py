@@ -172,10 +172,11 @@ class Counting:
                 value = SlotValue(name, slot or 0, request.params[feature.weight].name)
                 yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
             return
+        in_place = feature.predicate if slot is None else NONE  # with a slot, no waiting place is counted
         yield feature.running, EntryRecord(Slots(name, slot, None, "running"), number, feature.predicate)
         yield feature.stopping, EntryRecord(Slots(name, slot, None, "stopping"), number, feature.predicate)
-        yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, feature.predicate)
-        yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, feature.predicate)
+        yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, in_place)
+        yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, in_place)
 
     def _of_variables(self) -> Iterator[tuple[int, EntryRecord]]:
         tables, model = self.compiled.tables, self.compiled.model

@@ -103,6 +103,21 @@ def test_a_predicate_that_is_true_of_other_arguments_is_found() -> None:
     assert f"entry {past.entry} of the state vector" in found
 
 
+def test_a_record_of_one_slot_counts_no_waiting_place() -> None:
+    waits = """spec waits;
+    module m {
+        request a(x: bool) { wait until not active(m.b); }
+        request b();
+        request c() { check not waiting(m.a with x); }
+    }"""
+    made = compile_model(model_of(waits), DIGEST)
+    (number,) = [n for n, row in enumerate(made.tables.features) if row.waiting >= 0]
+    row = made.tables.features[number]
+    rows = (*made.tables.features[:number], replace(row, slot=0), *made.tables.features[number + 1 :])
+    found = different(with_tables(made, replace(made.tables, features=rows)))
+    assert f"entry {row.waiting} of the state vector" in found
+
+
 def test_a_record_that_fills_the_entry_of_another_is_found() -> None:
     made = compile_model(model_of(CHOSEN), DIGEST)
     for number, param in enumerate(made.tables.params):
