@@ -1,4 +1,4 @@
-"""Tables beside the rules: what entries plainly count, diagrams that are alike, and where two diagrams differ.
+"""Tables beside the rules: diagrams that are alike, and where two diagrams differ.
 
 Most tables ask what the rules ask, in the same order; then no set of states is needed to see that they decide alike.
 """
@@ -9,31 +9,13 @@ from heapq import heappop, heappush
 from typing import Protocol, TypeVar
 
 from exover.model.decision import Reason
-from exover.model.index import ModelIndex
-from exover.model.model import Model
-from exover.model.semantics import Reference
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.decision import DecisionList, Do
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, deep
-from exover.ocrd.entries import initial
-from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
-from exover.ocrd.vector import (
-    Arg,
-    ArgRank,
-    Element,
-    HasPast,
-    InPlace,
-    LastOutcome,
-    Quantity,
-    Rank,
-    Slots,
-    Stock,
-    VariableValue,
-    Vocabulary,
-)
+from exover.ocrd.tables import NONE, Node, Tables
 
 S = TypeVar("S")
 """States, with arguments of a newcomer: a set, or a condition on them."""
@@ -48,60 +30,6 @@ CODES: dict[type, int] = {
     do.DoViolation: t.VIOLATION,
     do.DoAgree: t.AGREE,
 }
-
-
-def plain_entries(model: Model, tables: Tables) -> dict[int, Element]:
-    """Return by entry what it counts, for entries of which the records say that without a predicate of arguments.
-
-    What several records count in one entry is its sum. Left out are also those that two records set, and those that
-    start otherwise.
-    """
-    found: dict[int, list[Quantity | None]] = {}
-    for entry, quantity in _said(model, tables):
-        if entry != NONE:
-            found.setdefault(entry, []).append(quantity)
-    for said in found.values():
-        if len(said) > 1 and not all(isinstance(quantity, Slots | InPlace) for quantity in said):
-            said[:] = [None]
-    parts = tables.parts()
-    start, vocabulary = Reference(model).start(), Vocabulary(model)
-    plain: dict[int, Element] = {}
-    for entry, row in enumerate(tables.entries):
-        counted = parts.get(entry, [(entry, 1)])
-        terms = [(factor, quantity) for part, factor in counted for quantity in found.get(part, [None])]
-        element = tuple((factor, quantity) for factor, quantity in terms if quantity is not None)
-        whole = len(element) == len(terms) and not (entry in parts and entry in found)
-        if whole and sum(factor * initial(vocabulary, quantity, start) for factor, quantity in element) == row.initial:
-            plain[entry] = tuple(sorted(element, key=lambda term: repr(term[1]))) if len(element) > 1 else element
-    return plain
-
-
-def _said(model: Model, tables: Tables) -> Iterator[tuple[int, Quantity | None]]:
-    """Yield what each record says of an entry; None if it is not plain."""
-    for request, row in zip(model.requests, tables.requests, strict=True):
-        name, params = request.name, (*request.params, *request.results)
-        yield row.last, LastOutcome(name)
-        for param, its in zip(params, tables.params[row.params : row.params_end], strict=True):
-            yield its.value, Arg(name, param.name)
-            yield its.rank, ArgRank(name, param.name)
-        for past in tables.pasts[row.pasts : row.pasts_end]:
-            yield past.entry, HasPast(name, None) if past.predicate == ALWAYS else None
-        for order in tables.orders[row.orders : row.orders_end]:
-            yield order.entry, None
-        for feature in tables.features[row.features : row.features_end]:
-            plain = feature.predicate == ALWAYS and feature.weight == NONE
-            slot = None if feature.slot == NONE else feature.slot
-            yield feature.running, Slots(name, slot, None, "running") if plain else None
-            yield feature.stopping, Slots(name, slot, None, "stopping") if plain else None
-            yield feature.waiting, InPlace(name, None, "waiting") if plain and slot is None else None
-            yield feature.clearing, InPlace(name, None, "clearing") if plain and slot is None else None
-    index = ModelIndex(model)
-    for name, variable in zip(index.readings, tables.variables, strict=True):
-        yield variable.value, VariableValue(name)
-        yield variable.rank, Rank(name)
-        yield from ((order.entry, None) for order in tables.orders[variable.orders : variable.orders_end])
-    for name, stock in zip(index.stocks, tables.stocks, strict=True):
-        yield stock.entry, Stock(name)
 
 
 def listed(

@@ -13,12 +13,12 @@ from typing import Literal
 from exover.dataclass import dataclass
 from exover.model.expression import Cond, Param, Reading
 from exover.model.index import ModelIndex
-from exover.model.model import Request
+from exover.model.model import Model, Request
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
 from exover.ocrd.entries import initial
-from exover.ocrd.tables import ALWAYS, NONE, OrderRow
+from exover.ocrd.tables import ALWAYS, NONE, OrderRow, Tables
 from exover.ocrd.vector import (
     Arg,
     ArgRank,
@@ -85,11 +85,7 @@ class Counting:
     @cached_property
     def said(self) -> dict[int, list[EntryRecord]]:
         """By entry what its records say."""
-        found: dict[int, list[EntryRecord]] = {}
-        for entry, said in (*self._of_requests(), *dict.fromkeys(self._of_variables())):
-            if entry != NONE:
-                found.setdefault(entry, []).append(said)
-        return found
+        return records_by_entry(self.compiled.model, self.compiled.tables)
 
     @cached_property
     def parts(self) -> dict[int, list[tuple[int, int]]]:
@@ -145,72 +141,109 @@ class Counting:
             return True
         return self.alike(said.request, said.predicate, where, isinstance(said.quantity, HasPast))
 
-    # ---- records ----
-
-    def _of_requests(self) -> Iterator[tuple[int, EntryRecord]]:
-        tables = self.compiled.tables
-        for number, (request, row) in enumerate(zip(self.compiled.model.requests, tables.requests, strict=True)):
-            name, params = request.name, (*request.params, *request.results)
-            yield row.last, EntryRecord(LastOutcome(name))
-            for param, its in zip(params, tables.params[row.params : row.params_end], strict=True):
-                yield its.value, EntryRecord(Arg(name, param.name))
-                yield its.rank, EntryRecord(ArgRank(name, param.name))
-            for past in tables.pasts[row.pasts : row.pasts_end]:
-                yield past.entry, EntryRecord(HasPast(name, None), number, past.predicate)
-            for order in tables.orders[row.orders : row.orders_end]:
-                yield order.entry, EntryRecord(self._order(order, request))
-            for feature in tables.features[row.features : row.features_end]:
-                yield from self._of_feature(number, feature)
-
-    def _of_feature(self, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, EntryRecord]]:
-        request = self.compiled.model.requests[number]
-        name, slot = request.name, None if feature.slot == NONE else feature.slot
-        if feature.weight != NONE:
-            for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing}:
-                both = feature.running == feature.stopping and feature.predicate == ALWAYS and slot is not None
-                plain = both and {feature.waiting, feature.clearing} == {NONE}
-                value = SlotValue(name, slot or 0, request.params[feature.weight].name)
-                yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
-            return
-        in_place = feature.predicate if slot is None else NONE  # with a slot, no waiting place is counted
-        yield feature.running, EntryRecord(Slots(name, slot, None, "running"), number, feature.predicate)
-        yield feature.stopping, EntryRecord(Slots(name, slot, None, "stopping"), number, feature.predicate)
-        yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, in_place)
-        yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, in_place)
-
-    def _of_variables(self) -> Iterator[tuple[int, EntryRecord]]:
-        tables, model = self.compiled.tables, self.compiled.model
-        for name, variable in zip(self._names, tables.variables, strict=True):
-            yield variable.value, EntryRecord(VariableValue(name))
-            yield variable.rank, EntryRecord(Rank(name))
-            for order in tables.orders[variable.orders : variable.orders_end]:  # each is there for both its posters
-                yield order.entry, EntryRecord(self._order(order, None))
-        for name, stock in zip(ModelIndex(model).stocks, tables.stocks, strict=True):
-            yield stock.entry, EntryRecord(Stock(name))
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return ModelIndex(self.compiled.model).readings
-
-    def _order(self, row: OrderRow, request: Request | None) -> Order:
-        params = [] if request is None else [each.name for each in (*request.params, *request.results)]
-
-        def side(number: int) -> Param | Reading:
-            return Param(params[number]) if number >= 0 else Reading(self._names[-1 - number])
-
-        return Order(request.name if request else None, side(row.left), side(row.right))
-
     def _unrefreshed(self) -> Iterator[str]:
         """Yield the real posters whose change is not told to a request whose arguments are compared with them."""
         tables = self.compiled.tables
-        for number, variable in enumerate(tables.variables):
+        named = zip(ModelIndex(self.compiled.model).readings, tables.variables, strict=True)
+        for number, (name, variable) in enumerate(named):
             for request, row in enumerate(tables.requests):
                 rows = tables.orders[row.orders : row.orders_end]
                 reading = {order.entry for order in rows if -1 - number in (order.left, order.right)}
                 features = tables.features[row.features : row.features_end]
                 read = any(reading & tables.tested(feature.predicate) for feature in features) if reading else False
                 if read and request not in tables.lists[variable.refresh : variable.refresh_end]:
-                    yield f"the requests that look at `{self._names[number]}`"
+                    yield f"the requests that look at `{name}`"
+
+
+# ---- records ----
+
+
+def plain_entries(model: Model, tables: Tables) -> dict[int, Element]:
+    """Return by entry what it counts, for entries of which the records say that without a predicate of arguments.
+
+    What several records count in one entry is its sum. Left out are also those that two records set, and those that
+    start otherwise.
+    """
+    found = {entry: list(map(_plain, said)) for entry, said in records_by_entry(model, tables).items()}
+    for said in found.values():
+        if len(said) > 1 and not all(isinstance(quantity, Slots | InPlace) for quantity in said):
+            said[:] = [None]
+    parts = tables.parts()
+    start, vocabulary = Reference(model).start(), Vocabulary(model)
+    plain: dict[int, Element] = {}
+    for entry, row in enumerate(tables.entries):
+        counted = parts.get(entry, [(entry, 1)])
+        terms = [(factor, quantity) for part, factor in counted for quantity in found.get(part, [None])]
+        element = tuple((factor, quantity) for factor, quantity in terms if quantity is not None)
+        whole = len(element) == len(terms) and not (entry in parts and entry in found)
+        if whole and sum(factor * initial(vocabulary, quantity, start) for factor, quantity in element) == row.initial:
+            plain[entry] = tuple(sorted(element, key=lambda term: repr(term[1]))) if len(element) > 1 else element
+    return plain
+
+
+def _plain(said: EntryRecord) -> Quantity | None:
+    counted = said.predicate == ALWAYS and not isinstance(said.quantity, Order | SlotValue)
+    return said.quantity if counted else None
+
+
+def records_by_entry(model: Model, tables: Tables) -> dict[int, list[EntryRecord]]:
+    """Return by entry what its records say; an order of two posters is a record of both, and counts once."""
+    found: dict[int, list[EntryRecord]] = {}
+    index = ModelIndex(model)
+    for entry, said in (*_of_requests(index, tables), *dict.fromkeys(_of_variables(index, tables))):
+        if entry != NONE:
+            found.setdefault(entry, []).append(said)
+    return found
+
+
+def _of_requests(index: ModelIndex, tables: Tables) -> Iterator[tuple[int, EntryRecord]]:
+    for number, (request, row) in enumerate(zip(index.model.requests, tables.requests, strict=True)):
+        name, params = request.name, (*request.params, *request.results)
+        yield row.last, EntryRecord(LastOutcome(name))
+        for param, its in zip(params, tables.params[row.params : row.params_end], strict=True):
+            yield its.value, EntryRecord(Arg(name, param.name))
+            yield its.rank, EntryRecord(ArgRank(name, param.name))
+        for past in tables.pasts[row.pasts : row.pasts_end]:
+            yield past.entry, EntryRecord(HasPast(name, None), number, past.predicate)
+        for order in tables.orders[row.orders : row.orders_end]:
+            yield order.entry, EntryRecord(_order(index, order, request))
+        for feature in tables.features[row.features : row.features_end]:
+            yield from _of_feature(request, number, feature)
+
+
+def _of_feature(request: Request, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, EntryRecord]]:
+    name, slot = request.name, None if feature.slot == NONE else feature.slot
+    if feature.weight != NONE:
+        for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing}:
+            both = feature.running == feature.stopping and feature.predicate == ALWAYS and slot is not None
+            plain = both and {feature.waiting, feature.clearing} == {NONE}
+            value = SlotValue(name, slot or 0, request.params[feature.weight].name)
+            yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
+        return
+    in_place = feature.predicate if slot is None else NONE  # with a slot, no waiting place is counted
+    yield feature.running, EntryRecord(Slots(name, slot, None, "running"), number, feature.predicate)
+    yield feature.stopping, EntryRecord(Slots(name, slot, None, "stopping"), number, feature.predicate)
+    yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, in_place)
+    yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, in_place)
+
+
+def _of_variables(index: ModelIndex, tables: Tables) -> Iterator[tuple[int, EntryRecord]]:
+    for name, variable in zip(index.readings, tables.variables, strict=True):
+        yield variable.value, EntryRecord(VariableValue(name))
+        yield variable.rank, EntryRecord(Rank(name))
+        for order in tables.orders[variable.orders : variable.orders_end]:
+            yield order.entry, EntryRecord(_order(index, order, None))
+    for name, stock in zip(index.stocks, tables.stocks, strict=True):
+        yield stock.entry, EntryRecord(Stock(name))
+
+
+def _order(index: ModelIndex, row: OrderRow, request: Request | None) -> Order:
+    params = (*request.params, *request.results) if request else ()
+
+    def side(number: int) -> Param | Reading:
+        return Param(params[number].name) if number >= 0 else Reading(index.readings[-1 - number])
+
+    return Order(request.name if request else None, side(row.left), side(row.right))
 
 
 def _of_all_slots(quantity: Quantity) -> Quantity:

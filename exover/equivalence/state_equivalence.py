@@ -19,9 +19,9 @@ from exover.equivalence.diagram_equivalence import (
     different_diagrams,
     differing,
     listed,
-    plain_entries,
     same_action,
 )
+from exover.equivalence.entry_equivalence import plain_entries
 from exover.equivalence.record_equivalence import Records, different_for_all
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.builder import ClosedLoop

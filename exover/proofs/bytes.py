@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from exover.certificate.table import Refused, decode
 from exover.engines.bdd.loopsets import LoopSets
 from exover.equivalence import path_equivalence as paths
-from exover.equivalence.diagram_equivalence import plain_entries
+from exover.equivalence.entry_equivalence import plain_entries
 from exover.equivalence.path_feasibility import PathFeasibility
 from exover.equivalence.record_equivalence import different_records, kinds_of_events
 from exover.equivalence.state_equivalence import StateComparison

@@ -7,7 +7,7 @@ import pytest
 
 from exover.engines.bdd.loopsets import LoopSets
 from exover.equivalence import state_equivalence as comparison
-from exover.equivalence.diagram_equivalence import plain_entries
+from exover.equivalence.entry_equivalence import plain_entries
 from exover.equivalence.state_equivalence import StateComparison
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import NO_PROPERTIES
