@@ -54,6 +54,11 @@ class Checker:
     def _vector(self) -> None:
         """Refuse a table with an entry that does not start as what it counts, or misses changes of posters it reads."""
         table, start, now = self.table, TableStep(self.table, self.initial), TableStep(self.table, self.vars)
+        kept = [row.raw for row in table.variables]
+        for row in (*table.requests, *table.variables):
+            for order, its in ((each, table.variables[-1 - k]) for each in row.orders for k in each[:2] if k < 0):
+                if its.raw < 0 or kept.count(its.raw) > 1 or (row in table.variables and order not in its.orders):
+                    raise Refused("a variable is not compared by what it reads, or not whenever that changes")
         for entry, sources in table.counted.items():
             if sources[0][0] == "part":
                 first = sum(factor * table.entries[part].initial for _, part, factor in sources)

@@ -105,9 +105,8 @@ class Proof:
 
     def _named(self, now: str, before: str) -> State:
         """Return the variables of the promises of a moment, and of those of the moment before."""
-        numbers = range(len(self.promises))
-        said = {f"promise.{n}": z3().Bool(f"{now}.{n}") for n in numbers}
-        return said | {f"was.{n}": z3().Bool(f"{before}.{n}") for n in numbers}
+        moments = (("promise", now), ("was", before))
+        return {f"{said}.{n}": z3().Bool(f"{at}.{n}") for said, at in moments for n in range(len(self.promises))}
 
     def invariant(self, proof: Any, first: Any, stay: Any, goal: Any) -> Any:
         """Return the empty set, having checked that the goal is true of no moment after a step."""

@@ -110,8 +110,7 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
     for number, row in enumerate(table.entries):
         for total in row.sums:
             add(total.entry, "part", number, total.factor)
-    parts = [source[1] for sources in found.values() for source in sources if source[0] == "part"]
-    if any(found[part][0][0] == "part" for part in parts if part in found):
+    if any(found[n][0][0] == "part" for said in found.values() for kind, n, *_ in said if kind == "part" if n in found):
         raise Refused("a sum is part of a sum")
     return found
 
@@ -218,6 +217,7 @@ class TableStep:
         self.state |= {name: False for name in self.state if name.split(".")[0] in FORGOTTEN}
         there = f"{'place' if kind == 'give up' else 'phase'}.{number}"
         can = kind in ("ask", "observe", "level") or self.state[there] != IDLE
+        self.put(kind in ("abort", "give up"), True, "abort")
         match kind:
             case "ask":
                 self.note(True, "asked", number, values)
@@ -225,10 +225,8 @@ class TableStep:
             case "report":
                 self.report(number, outcome, values)
             case "abort":
-                self.put(True, True, "abort")
                 self.kill(True, -1 - number, ABORTED)
             case "give up":
-                self.put(True, True, "abort")
                 self.vacate(True, number, ABORTED)
             case _:
                 self.put(True, values[0], f"{'reading' if kind == 'observe' else kind}.{number}")

@@ -119,6 +119,5 @@ def _whole(row: Any, sections: dict[str, Rows]) -> Any:
     fields = zip(row._fields, row, row[1:], strict=False)
     found = {field: sections[RANGES[field]][first:end] for field, first, end in fields if field in RANGES}
     if getattr(row, "type", None) == REAL:
-        bounds = ("low", "high", "initial")
-        found |= {field: sections["reals"][at] for field, at in row._asdict().items() if field in bounds}
+        found |= {key: sections["reals"][at] for key, at in row._asdict().items() if key in ("low", "high", "initial")}
     return row._replace(**found)

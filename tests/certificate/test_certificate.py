@@ -302,3 +302,17 @@ def test_a_rule_must_be_told_of_what_it_tests(rest: str) -> None:
     Checker(decode(pack(tables))).induction([])
     with pytest.raises(Refused, match="is not told to rule 0"):
         Checker(decode(pack(replace(tables, entries=deaf)))).induction([])
+
+
+def test_posters_are_compared_by_what_each_reads_whenever_that_changes() -> None:
+    text = "poster a: real in 0 .. 3 = 0; poster b: real in 0 .. 3 = 1; module m { request x() { check a < b; } }"
+    tables = build(model_of(f"spec compared; {text}")).tables
+    Checker(decode(pack(tables))).induction([])
+    (a, b), (one, other) = tables.variables, tables.orders
+    for variables, orders in (
+        ((a, replace(b, raw=a.raw)), tables.orders),
+        ((a, replace(b, raw=-1)), tables.orders),
+        (tables.variables, (one, replace(other, entry=-1))),
+    ):
+        with pytest.raises(Refused, match="is not compared by what it reads"):
+            Checker(decode(pack(replace(tables, variables=variables, orders=orders))))
