@@ -72,7 +72,6 @@ class Counting:
             first = sum(factor * initial(self._vocabulary, quantity, start) for factor, quantity in element)
             if first != tables.entries[entry].initial:
                 yield f"the initial value of entry {entry}"
-        yield from self._unrefreshed()
 
     def open(self) -> Iterator[str]:
         """Yield the entries of which the records do not say plainly what they count."""
@@ -140,19 +139,6 @@ class Counting:
         if said.request == NONE:
             return True
         return self.alike(said.request, said.predicate, where, isinstance(said.quantity, HasPast))
-
-    def _unrefreshed(self) -> Iterator[str]:
-        """Yield the real posters whose change is not told to a request whose arguments are compared with them."""
-        tables = self.compiled.tables
-        named = zip(ModelIndex(self.compiled.model).readings, tables.variables, strict=True)
-        for number, (name, variable) in enumerate(named):
-            for request, row in enumerate(tables.requests):
-                rows = tables.orders[row.orders : row.orders_end]
-                reading = {order.entry for order in rows if -1 - number in (order.left, order.right)}
-                features = tables.features[row.features : row.features_end]
-                read = any(reading & tables.tested(feature.predicate) for feature in features) if reading else False
-                if read and request not in tables.lists[variable.refresh : variable.refresh_end]:
-                    yield f"the requests that look at `{name}`"
 
 
 # ---- records ----

@@ -14,7 +14,7 @@ from exover.ocrd.conflicts import conflicts, denials
 from exover.ocrd.conflicts import row as bit_row
 from exover.ocrd.reasons import reasons
 from exover.ocrd.structure import TYPE_CODES
-from exover.ocrd.tables import ParamRow, VariableRow
+from exover.ocrd.tables import NONE, ParamRow, VariableRow
 from exover.ocrd.vector import Element, HasPast, Vocabulary, ordinal_range
 
 Alike = Callable[[int, int, Cond | None, bool], bool]
@@ -78,6 +78,7 @@ def different_records(records: Records, kind: str, name: str) -> Iterator[str]:
 def different_for_all(records: Records) -> Iterator[str]:
     """Yield the records that every kind of event reads and that say otherwise than the model."""
     yield from _unwatched(records)
+    yield from _wrong_comparisons(records)
     yield from _wrong_conflicts(records)
     yield from _wrong_rows(records)
 
@@ -91,6 +92,27 @@ def _unwatched(records: Records) -> Iterator[str]:
     for entry, row in enumerate(records.tables.entries):
         if set(records.tables.lists[row.rules : row.rules_end]) != testing.get(entry, set()):
             yield f"the rules that look at entry {entry}"
+
+
+def _wrong_comparisons(records: Records) -> Iterator[str]:
+    """Yield the real posters that are compared by the value of another, or whose change is not told to what compares
+    them: with posters, or with arguments.
+    """
+    tables = records.tables
+    raws = [row.raw for row in tables.variables if row.raw != NONE]
+    orders = [set(tables.orders[row.orders : row.orders_end]) for row in tables.variables]
+    for number, (name, row) in enumerate(zip(records.index.readings, tables.variables, strict=True)):
+        if raws.count(row.raw) > 1:
+            yield f"where the value of `{name}` is kept"
+        if any(-1 - number in (order.left, order.right) for order in set().union(*orders) - orders[number]):
+            yield f"the posters that `{name}` is compared with"
+        for request, its in enumerate(tables.requests):
+            rows = tables.orders[its.orders : its.orders_end]
+            reading = {order.entry for order in rows if -1 - number in (order.left, order.right)}
+            features = tables.features[its.features : its.features_end]
+            read = any(reading & tables.tested(feature.predicate) for feature in features) if reading else False
+            if read and request not in tables.lists[row.refresh : row.refresh_end]:
+                yield f"the requests that look at `{name}`"
 
 
 def _wrong_conflicts(records: Records) -> Iterator[str]:

@@ -118,6 +118,20 @@ def test_a_record_of_one_slot_counts_no_waiting_place() -> None:
     assert f"entry {row.waiting} of the state vector" in found
 
 
+def test_posters_are_compared_by_what_each_reads_whenever_that_changes() -> None:
+    text = "poster a: real in 0 .. 3 = 0; poster b: real in 0 .. 3 = 1; module m { request x() { check a < b; } }"
+    made = compile_model(model_of(f"spec compared; {text}"), DIGEST)
+    (a, b), orders = made.tables.variables, made.tables.orders
+    assert not different(made)
+    shared = replace(made.tables, variables=(a, replace(b, raw=a.raw)))
+    assert different(with_tables(made, shared)) == {f"where the value of `{name}` is kept" for name in "ab"}
+    for number, name in enumerate("ab"):
+        deaf = replace(
+            made.tables, orders=tuple(replace(o, entry=-1) if k == number else o for k, o in enumerate(orders))
+        )
+        assert f"the posters that `{name}` is compared with" in different(with_tables(made, deaf))
+
+
 def test_a_record_that_fills_the_entry_of_another_is_found() -> None:
     made = compile_model(model_of(CHOSEN), DIGEST)
     for number, param in enumerate(made.tables.params):
