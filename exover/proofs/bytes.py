@@ -17,6 +17,7 @@ from exover.model.property import NO_PROPERTIES
 from exover.ocrd import packing
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
+from exover.ocrd.structure import verify
 
 
 class UndecidedBytes(Exception):
@@ -30,11 +31,12 @@ def differences(model: Model, data: bytes) -> Iterator[str]:
     """
     try:
         tables = _tables(data)
+        if tables.digest != digest(model):
+            yield "they were made of another spec: its sha256 is in their header"
+            return
+        verify(tables, model)
     except (Refused, packing.DamagedTable) as reason:
         yield str(reason)
-        return
-    if tables.digest != digest(model):
-        yield "they were made of another spec: its sha256 is in their header"
         return
     try:
         misplaced = list(_misplaced(tables))

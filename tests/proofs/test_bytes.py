@@ -1,8 +1,10 @@
 """Bytes that are no tables, or not those of the spec, are told to be so: never a fault of the program itself."""
 
+from dataclasses import replace
 from random import Random
 from zlib import crc32
 
+from exover.ocrd.packing import pack
 from exover.pipeline import build, different
 from exover.proofs.bytes import UndecidedBytes
 from tests.support.engines import model_of
@@ -37,3 +39,13 @@ def test_damaged_tables_whose_checksum_is_right_are_refused() -> None:
         assert said
         found.update(said)
     assert "the check words are wrong" in found
+
+
+def test_a_weight_that_is_no_integer_is_told_by_its_record() -> None:
+    model = model_of(
+        "spec weighed; module m { request go(v: real in 0 .. 9); request st(); } mutex halt: m.st over m.go;"
+    )
+    built = build(model)
+    first, *others = built.tables.features
+    damaged = replace(built.tables, features=(replace(first, weight=0), *others))
+    assert different(model, pack(damaged)) == ["record 0 of the section requests cannot be of this spec"]
