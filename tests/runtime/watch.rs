@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::env::args;
 use std::io::{stdin, Read};
 use std::mem::size_of;
-use watched::{Action, Checker, Invalid, Outcome, Request, Status, Tables, Why, SCRUB_STEPS, TABLES};
+use watched::{Action, Checker, Invalid, Outcome, Request, Status, Tables, Why, RECORD_BYTES, SCRUB_STEPS, TABLES};
 
 /// What a faulty checker answers to the first request.
 const DENIED: &[Action] = &[Action::Reject { request: Some(Request::ALL[0]), why: Why::Faulty, launch_rule: None }];
@@ -204,6 +204,20 @@ fn faults() {
         assert_eq!(checker.ask(first, &[]), DENIED);
         assert_eq!(checker.load_stopped(), Status::Ready);
         assert_eq!(checker.ask(first, &[]), launch);
+        let (mut record, flags) = ([0; RECORD_BYTES], digest - 12);
+        assert_eq!(checker.export(&mut record), Some(RECORD_BYTES));
+        *bytes.add(flags) ^= 2;
+        let mut exports = 0;
+        while checker.export(&mut [0; RECORD_BYTES]).is_some() {
+            exports += 1;
+        }
+        assert!(exports <= SCRUB_STEPS);
+        assert_eq!(checker.fault(), Status::FaultTables);
+        assert_eq!(checker.resume(&record), Status::BadChecksum);
+        *bytes.add(flags) ^= 2;
+        assert_eq!(checker.load(), Status::Live);
+        assert_eq!(checker.resume(&record), Status::Ready);
+        assert_ne!(checker.ask(first, &[]), launch);
     }
 }
 

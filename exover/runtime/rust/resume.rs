@@ -148,9 +148,8 @@ impl<'t> Checker<'t> {
     /// Write what is remembered into a record, `RECORD_BYTES` of them; how many bytes it has, none if there is no room, or if
     /// the checker is faulty or finds that it is. Bound: one look at all that is remembered.
     pub fn export(&mut self, record: &mut [u8]) -> Option<usize> {
-        self.look().ok()?;
         let mut transfer = Transfer { way: Way::Out(record), at: 0 };
-        match self.pass_all(&mut transfer) {
+        match self.look().and_then(|()| self.pass_all(&mut transfer)) {
             Ok(()) => {}
             Err(Status::BadRecord) => return None,
             Err(cause) => {
@@ -213,20 +212,19 @@ impl<'t> Checker<'t> {
         let live = self.is_live();
         let steps = get(record, 52, 4).map_or(0, |steps| steps as u32);
         let by_map = matches!(way, Way::By { .. });
-        if self.begin_anew() == Status::Ready {
-            let mut transfer = Transfer { way, at: 0 };
-            let passed = self.pass_all(&mut transfer).and_then(|()| {
-                let all = by_map || place(HEAD, 8, transfer.at) == record.len();
-                if all { Ok(()) } else { Err(Status::BadRecord) }
-            });
-            self.steps = steps;
-            match passed.and_then(|()| self.keeps_rules()) {
-                Ok(()) => self.close(),
-                Err(cause) => {
-                    self.fall(cause);
-                    self.forget_tables();
-                    self.set_live(live);
-                }
+        let mut transfer = Transfer { way, at: 0 };
+        let passed = match self.begin_anew() {
+            Status::Ready => self.pass_all(&mut transfer),
+            cause => Err(cause),
+        };
+        self.steps = steps;
+        let all = by_map || place(HEAD, 8, transfer.at) == record.len();
+        match passed.and(if all { Ok(()) } else { Err(Status::BadRecord) }).and_then(|()| self.keeps_rules()) {
+            Ok(()) => self.close(),
+            Err(cause) => {
+                self.fall(cause);
+                self.forget_tables();
+                self.set_live(live);
             }
         }
         self.fault()
