@@ -115,23 +115,33 @@ pub enum Action {
 }
 
 impl Action {
+    /// The code of an answer, and its numbers as C tells them: request, slot, reason and launch rule.
+    pub(crate) fn words(&self) -> (u32, [u32; 4]) {
+        const NONE: u32 = u32::MAX;
+        fn rule(reason: Option<Reason>) -> u32 {
+            reason.map_or(NONE, |reason| reason.index() as u32)
+        }
+        match *self {
+            Action::Launch { request, slot, reason, launch_rule } => {
+                (0x1e76, [request.index() as u32, slot, rule(reason), rule(launch_rule)])
+            }
+            Action::Wait { request, reason, launch_rule } => {
+                (0x4bdc, [request.index() as u32, NONE, rule(Some(reason)), rule(launch_rule)])
+            }
+            Action::Reject { request, why, launch_rule } => {
+                let request = request.map_or(NONE, |request| request.index() as u32);
+                (0x45aa, [request, NONE, why.number(), rule(launch_rule)])
+            }
+            Action::Kill { request, slot, why } => (0x2f5b, [request.index() as u32, slot, why.number(), NONE]),
+            Action::Violation { reason } => (0x7455, [NONE, NONE, rule(Some(reason)), NONE]),
+            Action::Invalid(what) => (0x1369, [NONE, NONE, what as u32, NONE]),
+        }
+    }
+
     /// The check word of an answer: it changes with any bit of the numbers that it holds.
     pub(crate) fn check(&self) -> u32 {
-        fn rule(reason: Option<Reason>) -> u32 {
-            reason.map_or(u32::MAX, |reason| reason.index() as u32)
-        }
-        let (code, request, slot, why, launch_rule) = match *self {
-            Action::Launch { request, slot, reason, launch_rule } => (0x1e76, request.index(), slot, rule(reason), launch_rule),
-            Action::Wait { request, reason, launch_rule } => (0x4bdc, request.index(), 0, rule(Some(reason)), launch_rule),
-            Action::Reject { request, why, launch_rule } => {
-                (0x45aa, request.map_or(usize::MAX, Request::index), 0, why.number(), launch_rule)
-            }
-            Action::Kill { request, slot, why } => (0x2f5b, request.index(), slot, why.number(), None),
-            Action::Violation { reason } => (0x7455, 0, 0, rule(Some(reason)), None),
-            Action::Invalid(what) => (0x1369, 0, 0, what as u32, None),
-        };
-        let words = [(request as u32, 3), (slot, 9), (why, 5), (rule(launch_rule), 7)];
-        !words.iter().fold(code, |sum: u32, (word, times)| sum.wrapping_add(word.wrapping_mul(*times)))
+        let (code, words) = self.words();
+        !words.iter().zip([3, 9, 5, 7]).fold(code, |sum, (word, times)| sum.wrapping_add(word.wrapping_mul(times)))
     }
 }
 

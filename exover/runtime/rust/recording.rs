@@ -5,40 +5,10 @@
 use crate::answers::{Action, Value};
 use crate::blackbox::What;
 use crate::checker::Checker;
-#[cfg(feature = "black-box")]
-use crate::names::{Reason, Request};
 
 /// Of more values none is written, and they count as so many.
 #[cfg(feature = "black-box")]
 const MOST_VALUES: usize = 0xffff;
-
-/// A number that may not be there, as C tells it.
-#[cfg(feature = "black-box")]
-fn none_or(number: Option<usize>) -> u32 {
-    number.map_or(u32::MAX, |number| number as u32)
-}
-
-#[cfg(feature = "black-box")]
-fn words_of(action: &Action) -> (u32, [u32; 4]) {
-    const NONE: u32 = u32::MAX;
-    fn rule(reason: Option<Reason>) -> u32 {
-        none_or(reason.map(Reason::index))
-    }
-    match *action {
-        Action::Launch { request, slot, reason, launch_rule } => {
-            (0x1e76, [request.index() as u32, slot, rule(reason), rule(launch_rule)])
-        }
-        Action::Wait { request, reason, launch_rule } => {
-            (0x4bdc, [request.index() as u32, NONE, rule(Some(reason)), rule(launch_rule)])
-        }
-        Action::Reject { request, why, launch_rule } => {
-            (0x45aa, [none_or(request.map(Request::index)), NONE, why.number(), rule(launch_rule)])
-        }
-        Action::Kill { request, slot, why } => (0x2f5b, [request.index() as u32, slot, why.number(), NONE]),
-        Action::Violation { reason } => (0x7455, [NONE, NONE, rule(Some(reason)), NONE]),
-        Action::Invalid(what) => (0x1369, [NONE, NONE, what as u32, NONE]),
-    }
-}
 
 #[cfg(feature = "black-box")]
 impl<'t> Checker<'t> {
@@ -86,7 +56,7 @@ impl<'t> Checker<'t> {
         if self.log.is_open() {
             let (step, count) = (self.steps(), self.actions().len());
             for index in 0..count {
-                if let Some((kind, words)) = self.actions().get(index).map(words_of) {
+                if let Some((kind, words)) = self.actions().get(index).map(Action::words) {
                     self.log.line(step, What::Answer, kind, words);
                 }
             }
