@@ -97,11 +97,11 @@ static void refuse_number(transfer *t, exover_status why)
 static uint64_t mapped(transfer *t, uint64_t now)
 {
     const uint32_t idle = (uint32_t)get(&t->map[AT_IDLE], 4), numbers = (uint32_t)get(&t->map[AT_IDLE + 4], 4);
-    const unsigned char *pair = &t->map[(uint32_t)MAP_HEAD + 4u * idle + 8u * t->at];
     if (t->at >= numbers) {
         refuse_number(t, EXOVER_BAD_MAP);
         return now;
     }
+    const unsigned char *pair = &t->map[(uint32_t)MAP_HEAD + 4u * idle + 8u * t->at];
     const uint32_t source = (uint32_t)get(pair, 4), table = (uint32_t)get(&pair[4], 4);
     if (source == UINT32_MAX) {
         return now;
