@@ -11,7 +11,7 @@ from exover.audit.binary import LENGTH, RecordWriter
 from exover.audit.mission import CODES, Noted
 from exover.audit.sources import line_behind
 from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, MissionFigures
-from exover.emit.c import runtime_file
+from exover.emit.artefact import runtime_file
 from exover.engines.compiler import NativeUnavailable, loaded
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request

@@ -1,4 +1,6 @@
-"""An artefact: a file that is to be written."""
+"""An artefact: a file that is to be written, or a file of the runtime that comes with exover."""
+
+from importlib.resources import files
 
 from exover.dataclass import dataclass
 
@@ -9,3 +11,8 @@ class Artefact:
 
     name: str
     content: bytes
+
+
+def runtime_file(name: str) -> bytes:
+    """Return a file of the runtime, in C or, by a name in `rust/`, in Rust."""
+    return files("exover").joinpath("runtime", *name.split("/")).read_bytes()

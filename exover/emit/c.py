@@ -1,9 +1,6 @@
 """The tables as C sources, with the C runtime, which is copied beside them."""
 
-import struct
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import fields
-from importlib.resources import files
 
 from exover.bounds.events import EventBounds, bounds
 from exover.bounds.sizes import (
@@ -19,12 +16,12 @@ from exover.bounds.sizes import (
     word_bytes,
 )
 from exover.emit import buildfiles, cnames, config, typed, wrappers
-from exover.emit.artefact import Artefact
+from exover.emit.artefact import Artefact, runtime_file
 from exover.emit.cheader import header
 from exover.emit.config import Needs
 from exover.emit.identifiers import NamedConstant, constants, figure, prefix
 from exover.model.model import Model
-from exover.ocrd.packing import HEADER, SECTIONS, checks, counts, pack, row, words
+from exover.ocrd.packing import FIELDS, bits, checks, head, rows, words
 from exover.ocrd.tables import Tables
 
 RUNTIME = ("exover.h", "exover.c", "exover_form.h", "exover_resume.h")
@@ -66,11 +63,6 @@ def emit_tables(
         Artefact(config.FILE, config.config(tables, name, beside, figures).encode()),
         *(Artefact(file, runtime_file(file)) for file in RUNTIME),
     )
-
-
-def runtime_file(name: str) -> bytes:
-    """Return a file of the C runtime."""
-    return files("exover").joinpath("runtime", name).read_bytes()
 
 
 def _header(model: Model, tables: Tables, name: str, most: Sizes) -> str:
@@ -133,7 +125,7 @@ def _enum(title: str, known: tuple[NamedConstant, ...]) -> list[str]:
 def _source(model: Model, tables: Tables, name: str) -> str:
     start, width = prefix(name), word_bytes(tables)
     total = len(words(tables)) + len(checks(tables))
-    reals = [f"    {{.bits = UINT64_C(0x{_bits(value):016x})}}, /* {value!r} */" for value in tables.reals]
+    reals = [f"    {{.bits = UINT64_C(0x{bits(value):016x})}}, /* {value!r} */" for value in tables.reals]
     lines = [
         f"/* The tables of the spec {model.name}; their bytes are those of {name}.bin. */",
         f'#include "{name}_tables.h"',
@@ -157,18 +149,12 @@ def _source(model: Model, tables: Tables, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _bits(value: float) -> int:
-    number: int = struct.unpack("<Q", struct.pack("<d", value))[0]
-    return number
-
-
 def _head(tables: Tables) -> Iterator[str]:
-    data = pack(tables)
-    head = struct.unpack_from(f"<{HEADER.size // 4}I", data)
-    yield f"        {_hex(head[:5])} /* magic, version and width, flags, CRC-32, doubles */"
-    yield f"        {_hex(head[5:])}"
+    numbers = head(tables)
+    yield f"        {_hex(numbers[:5])} /* magic, version and width, flags, CRC-32, doubles */"
+    yield f"        {_hex(numbers[5:13])}"
     yield "        /* sha256 of the spec; then the numbers of records, and of check words */"
-    yield f"        {', '.join(f'{count}u' for count in (*counts(tables), len(checks(tables))))}"
+    yield f"        {', '.join(f'{count}u' for count in numbers[13:])}"
 
 
 def _hex(numbers: Iterable[int]) -> str:
@@ -176,13 +162,12 @@ def _hex(numbers: Iterable[int]) -> str:
 
 
 def _records(tables: Tables, width: int) -> Iterator[str]:
-    sections = [(name, ", ".join(f.name for f in fields(kind)), getattr(tables, name)) for name, kind in SECTIONS]
-    rows = [(title, heads, [row(record) for record in records]) for title, heads, records in sections]
-    rows.append(("sums", "entry, factor", list(tables.sums)))
-    rows += [(title, "", _lines(words)) for title, words in (("lists", tables.lists), ("checks", checks(tables)))]
-    for title, heads, records in rows:
+    *records_of, _ = zip(FIELDS.items(), rows(tables), strict=True)
+    sections = [(f"{title}: {', '.join(names)}", list(records)) for (title, names), records in records_of]
+    sections += [("lists", _lines(tables.lists)), ("checks", _lines(checks(tables)))]
+    for title, records in sections:
         if records:
-            yield f"    /* {title}{': ' if heads else ''}{heads} */"
+            yield f"    /* {title} */"
         for record in records:
             yield f"    {', '.join(_number(number, width) for number in record)},"
 

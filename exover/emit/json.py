@@ -1,7 +1,7 @@
 """The tables as JSON: every number of the bytes, with names and meanings."""
 
 import json
-from dataclasses import asdict, fields
+from dataclasses import asdict
 
 from exover.bounds.events import EventBounds
 from exover.bounds.sizes import sizes, state_bytes, word_bytes
@@ -10,7 +10,7 @@ from exover.emit.describe import Description
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real
 from exover.model.wire import Json
-from exover.ocrd.packing import SECTIONS, VERSION, row
+from exover.ocrd.packing import FIELDS, SECTIONS, VERSION, row
 from exover.ocrd.tables import NONE, UNCHECKED, Node, Tables
 
 
@@ -59,7 +59,7 @@ def document(model: Model, tables: Tables, most: EventBounds | None = None) -> J
         ],
         "variables": [_parameter(Parameter(*variable)) for variable in words.variables],
         "stocks": list(words.stocks),
-        "fields": {name: [field.name for field in fields(kind)] for name, kind in SECTIONS},
+        "fields": {name: FIELDS[name] for name, _ in SECTIONS},
         **{f"section_{name}": [row(record) for record in getattr(tables, name)] for name, _ in SECTIONS},
         "section_sums": [list(pair) for pair in tables.sums],
         "section_lists": list(tables.lists),

@@ -1,17 +1,15 @@
 """A Rust crate without dependencies: the runtime, the same for every spec, with the tables and names of one spec."""
 
 import re
-import struct
 from collections.abc import Iterator
-from importlib.resources import files
 
 from exover.bounds.events import EventBounds, bounds
 from exover.bounds.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
-from exover.emit.artefact import Artefact
+from exover.emit.artefact import Artefact, runtime_file
 from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
 from exover.model.model import Model
-from exover.ocrd.packing import HEADER, SECTIONS, checks, counts, pack, row
+from exover.ocrd.packing import FIELDS, bits, checks, counts, head, rows
 from exover.ocrd.tables import Tables
 
 RUNTIME = (
@@ -59,11 +57,6 @@ def emit_sources(
     )
 
 
-def runtime_file(name: str) -> bytes:
-    """Return a file of the Rust runtime."""
-    return files("exover").joinpath("runtime", *name.split("/")).read_bytes()
-
-
 def package(name: str) -> str:
     """Return the name of the package of a spec: its name in lower case, or `spec_NAME` if cargo refuses that."""
     clean = re.sub(r"\W", "_", name, flags=re.ASCII).lower()
@@ -102,7 +95,7 @@ def _tables(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
         f"pub type Uint = u{state};",
         "",
         *(f"pub const {title}: usize = {count};" for title, count in _counts(tables)),
-        f"pub const CHECKSUM: u32 = 0x{_head(tables)[3]:08x};",
+        f"pub const CHECKSUM: u32 = 0x{head(tables)[3]:08x};",
         "",
         "/// Tests that no event exceeds.",
         f"pub const TESTS: u64 = {figures.tests};",
@@ -129,8 +122,7 @@ def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
     """Yield the names and values of the constants for the lengths of arrays: of the tables, and of the state."""
     *_, kept, values, _, answers, path = shape(tables)
     given = (max(r.results - r.params, r.params_end - r.results) for r in tables.requests)
-    titles = [*(title for title, _ in SECTIONS), "sums", "lists"]
-    yield from zip([title.upper() for title in titles], counts(tables), strict=True)
+    yield from zip(map(str.upper, FIELDS), counts(tables), strict=True)
     yield "REALS", len(tables.reals)
     yield "CHECKS", len(checks(tables))
     yield "SLOTS", slot_count(tables)
@@ -141,25 +133,19 @@ def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
     yield "PATH", path
 
 
-def _head(tables: Tables) -> tuple[int, ...]:
-    return struct.unpack_from(f"<{HEADER.size // 4}I", pack(tables))
-
-
 def _body(tables: Tables) -> Iterator[str]:
-    head = [f"0x{number:08x}" for number in _head(tables)]
-    head += [str(count) for count in (*counts(tables), len(checks(tables)))]
+    numbers = head(tables)
+    words = [f"0x{number:08x}" for number in numbers[:13]]
     yield "    head: ["
-    yield f"        {', '.join(head[:5])}, // magic, version and width, flags, CRC-32, doubles"
-    yield f"        {', '.join(head[5:13])}, // sha256 of the spec"
-    yield f"        {', '.join(head[13:])}, // numbers of records, and of check words"
+    yield f"        {', '.join(words[:5])}, // magic, version and width, flags, CRC-32, doubles"
+    yield f"        {', '.join(words[5:])}, // sha256 of the spec"
+    yield f"        {', '.join(map(str, numbers[13:]))}, // numbers of records, and of check words"
     yield "    ],"
     yield "    reals: ["
     for value in tables.reals:
-        yield f"        0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016x}, // {value!r}"
+        yield f"        0x{bits(value):016x}, // {value!r}"
     yield "    ],"
-    sections = [(title, [row(record) for record in getattr(tables, title)]) for title, _ in SECTIONS]
-    sections += [("sums", list(tables.sums)), ("lists", [(word,) for word in tables.lists])]
-    for (title, records), kind in zip(sections, RECORDS, strict=True):
+    for title, records, kind in zip(FIELDS, rows(tables), RECORDS, strict=True):
         yield f"    {title}: ["
         yield from (f"        {kind}([{', '.join(map(str, record))}])," for record in records)
         yield "    ],"

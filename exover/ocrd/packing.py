@@ -59,7 +59,13 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("reasons", ReasonRow),
     ("invariants", InvariantRow),
 )
-"""The sections of records in the order of the bytes; `sums` (two words a record) and `lists` (one word) follow."""
+"""The sections of records in the order of the bytes; `sums` and `lists` follow."""
+FIELDS: dict[str, tuple[str, ...]] = {
+    **{name: tuple(each.name for each in fields(kind)) for name, kind in SECTIONS},
+    "sums": ("entry", "factor"),
+    "lists": ("word",),
+}
+"""The fields of the records of each section, in the order of the bytes."""
 
 HEADER = struct.Struct("<4sHHIII32s")
 """magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, SHA-256 of the spec."""
@@ -83,13 +89,13 @@ def row(record: Any) -> tuple[int, ...]:
 
 def words(tables: Tables) -> list[int]:
     """Return all words of the records in the order of the bytes."""
-    return list(chain.from_iterable(chain.from_iterable(_rows(tables))))
+    return list(chain.from_iterable(chain.from_iterable(rows(tables))))
 
 
-def _rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
+def rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
     """Yield the records as tuples of words, section by section."""
-    for name, kind in SECTIONS:
-        yield zip(*(map(attrgetter(each.name), getattr(tables, name)) for each in fields(kind)), strict=True)
+    for name, _ in SECTIONS:
+        yield zip(*(map(attrgetter(each), getattr(tables, name)) for each in FIELDS[name]), strict=True)
     yield tables.sums
     yield ((word,) for word in tables.lists)
 
@@ -116,12 +122,23 @@ def checks(tables: Tables) -> list[int]:
         return []
     size = width(words(tables))
     doubles = (struct.unpack(f"<{8 // size}{CODES[size]}", struct.pack("<d", real)) for real in tables.reals)
-    return [~reduce(xor, record, 0) for record in chain(chain.from_iterable(_rows(tables)), doubles)]
+    return [~reduce(xor, record, 0) for record in chain(chain.from_iterable(rows(tables)), doubles)]
 
 
 def counts(tables: Tables) -> list[int]:
     """Return the number of records of each section, in the order of the bytes."""
-    return [*(len(getattr(tables, name)) for name, _ in SECTIONS), len(tables.sums), len(tables.lists)]
+    return [len(getattr(tables, name)) for name in FIELDS]
+
+
+def head(tables: Tables) -> tuple[int, ...]:
+    """Return the header and the counts of the packed tables, as words of 32 bits."""
+    return struct.unpack_from(f"<{START // 4}I", pack(tables))
+
+
+def bits(real: float) -> int:
+    """Return the 64 bits of a double as an unsigned number."""
+    found: int = struct.unpack("<Q", struct.pack("<d", real))[0]
+    return found
 
 
 def width(numbers: list[int]) -> int:
@@ -158,7 +175,7 @@ def decode(data: bytes) -> Tables:
     if zlib.crc32(data[:12] + bytes(4) + data[16:]) != crc:
         raise DamagedTable("the checksum is wrong")
     *lengths, checking = struct.unpack_from(f"<{COUNTS + 1}I", data, HEADER.size)
-    sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
+    sizes = list(map(len, FIELDS.values()))
     total = sum(length * step for length, step in zip(lengths, sizes, strict=True))
     if len(data) != START + 8 * real_count + size * (total + checking):
         raise DamagedTable("the length is wrong")

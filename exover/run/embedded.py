@@ -3,13 +3,12 @@
 import re
 import tempfile
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
 
 from exover.emit.rust import RECORDS
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.engines.process import NotRunnable, run
-from exover.ocrd.packing import HEADER, SECTIONS
+from exover.ocrd.packing import FIELDS, START
 from exover.run import rust
 from exover.run.native import FLAGS
 
@@ -90,19 +89,18 @@ def _compile_rust(source: Path, folder: Path) -> None:
 
 def _records() -> Iterator[str]:
     """Yield the lines of the module `records`: the types that `tables.rs` uses, and a visitor of its words in order."""
-    sizes = {title: len(fields(kind)) for title, kind in SECTIONS} | {"sums": 2, "lists": 1}
-    named = list(zip(sizes, RECORDS, strict=True))
+    named = list(zip(FIELDS, RECORDS, strict=True))
     yield "use crate::tables::*;"
-    yield from (f"pub struct {kind}(pub [Word; {sizes[title]}]);" for title, kind in named)
+    yield from (f"pub struct {kind}(pub [Word; {len(FIELDS[title])}]);" for title, kind in named)
     yield "pub struct Tables {"
-    yield f"    pub head: [u32; {HEADER.size // 4 + len(sizes) + 1}],"
+    yield f"    pub head: [u32; {START // 4}],"
     yield "    pub reals: [u64; REALS],"
     yield from (f"    pub {title}: [{kind}; {title.upper()}]," for title, kind in named)
     yield "    pub checks: [Word; CHECKS],"
     yield "}"
     yield "impl Tables {"
     yield "    pub fn words(&self, mut visit: impl FnMut(Word)) {"
-    yield from (f"        self.{title}.iter().flat_map(|record| record.0).for_each(&mut visit);" for title in sizes)
+    yield from (f"        self.{title}.iter().flat_map(|record| record.0).for_each(&mut visit);" for title in FIELDS)
     yield "        self.checks.iter().copied().for_each(visit);"
     yield "    }"
     yield "}"

@@ -13,7 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-from exover.emit.c import emit_tables, runtime_file
+from exover.emit.artefact import runtime_file
+from exover.emit.c import emit_tables
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.model.event import (
     Action,

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from shutil import which
 
-from exover.emit.rust import emit_sources, runtime_file
+from exover.emit.artefact import runtime_file
+from exover.emit.rust import emit_sources
 from exover.engines.compiler import NativeUnavailable, command_in, compile_in
 from exover.model.model import Model
 from exover.ocrd.tables import Tables

@@ -13,6 +13,7 @@ from shutil import which
 from tempfile import mkdtemp
 
 from exover.emit import c, config
+from exover.emit.artefact import runtime_file
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.model.model import Model
 from exover.ocrd.packing import SECTIONS
@@ -111,7 +112,7 @@ def runner(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FL
     """Return what `native.build` does, compiled so that coverage can be measured."""
     for artefact in c.emit_tables(model, tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
-    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
     sources = [folder / name for name in ("runner.c", "exover.c", "native_tables.c")]
     compile_c(QUICK, flags, sources, folder / "runner")
     return folder / "runner"

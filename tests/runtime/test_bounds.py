@@ -13,6 +13,7 @@ import pytest
 from exover.bounds.events import EventBounds, bounds
 from exover.bounds.sizes import actions_per_event, sizes
 from exover.emit import c
+from exover.emit.artefact import runtime_file
 from exover.engines.aig.costs import tightened
 from exover.model.event import Event
 from exover.ocrd.machine import Machine
@@ -57,7 +58,7 @@ def program(found: Build, known: EventBounds, folder: Path, patch: tuple[str, st
             assert patch[0] in text
             text = text.replace(*patch)
         (folder / artefact.name).write_text(text)
-    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
     sources = [Path(__file__).parent / "costs.c", folder / "native_tables.c", folder / "exover.c"]
     compile_c(QUICK, [*DEBUG, f"-I{folder}"], sources, folder / "costs")
     return folder / "costs"

@@ -12,7 +12,8 @@ from shutil import which
 
 import pytest
 
-from exover.emit import c, rust
+from exover.emit import c
+from exover.emit.artefact import runtime_file
 from exover.engines.compiler import compile_in
 from exover.model.event import Invalid
 from exover.model.model import Model
@@ -21,7 +22,7 @@ from exover.pipeline import Build, build, engine
 from exover.run import box
 from exover.run.box import HEADER, LINE, BoxStep, NotABox, read_box
 from exover.run.codec import INVALID
-from exover.run.native import NativeEngine, runtime_file
+from exover.run.native import NativeEngine
 from exover.run.replay import replay
 from exover.run.rust import EDITION, FLAGS, build_crate, find_rustc
 from exover.run.simulate import simulate
@@ -469,7 +470,7 @@ def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path
     folder.mkdir()
     flags = (*FLAGS, "-Dwarnings")
     build_crate(spec.model, spec.tables, "native", folder, (*flags, '--cfg=feature="black-box"'))
-    runner = rust.runtime_file("runner.rs").decode()
+    runner = runtime_file("runner.rs").decode()
     recorded = runner.replace("    start(checker);\n    match", OPEN + "    match")
     assert recorded != runner
     (folder / "runner.rs").write_text(recorded)

@@ -15,6 +15,7 @@ import pytest
 from benchmarks.families import mutexes
 from exover.bounds.sizes import stack_bytes
 from exover.emit import c
+from exover.emit.artefact import runtime_file
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.wire_reading import read_event
@@ -42,7 +43,7 @@ def needs(*tools: str) -> pytest.MarkDecorator:
 def write(model: Model, tables: Tables, folder: Path) -> None:
     for artefact in c.emit_tables(model, tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
-    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
 
 
 def text_bytes(object_file: Path) -> int:
@@ -186,7 +187,7 @@ def test_a_black_box_has_the_same_bytes_on_a_big_endian_processor(tmp_path: Path
     lines = "".join(f"{engine.line(event)}\n" for event in events if not isinstance(event, Invalid))
     write(spec.model, spec.tables, tmp_path)
     for file in c.BOX:
-        (tmp_path / file).write_bytes(c.runtime_file(file))
+        (tmp_path / file).write_bytes(runtime_file(file))
     sources = [ROOT / "tests" / "runtime" / "boxed.c"]
     sources += [tmp_path / file for file in ("exover.c", "exover_box.c", "native_tables.c")]
     written = []
