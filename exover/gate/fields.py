@@ -103,7 +103,7 @@ class ValueField:
     def _outer(self, value: Any) -> int | float:
         outer = DECIMAL.divide(DECIMAL.subtract(decimal(value), self.offset), self.scale)
         is_int = isinstance(self.type, Int) and outer == outer.to_integral_value(context=DECIMAL)
-        return int(outer) if is_int else float(outer)
+        return int(outer) if is_int and math.isfinite(float(outer)) else float(outer)
 
     def _outer_name(self, value: Value) -> Any:
         found = next((outer for outer, inner in self.values.items() if inner == value), MISSING)
@@ -126,7 +126,9 @@ def is_value(kind: Type, inner: Any) -> bool:
     """Return whether a value that a field has read is one of this type, as the reader of events decides it."""
     if isinstance(kind, Bool | Enum):
         return isinstance(inner, bool if isinstance(kind, Bool) else str) and contains(kind, inner)
-    if isinstance(inner, bool) or not isinstance(inner, int | float) or not math.isfinite(inner):
+    if isinstance(inner, bool) or not isinstance(inner, int | float):
+        return False
+    if isinstance(inner, float) and not math.isfinite(inner):
         return False
     return (
         contains(kind, float(inner)) if isinstance(kind, Real) else inner == int(inner) and contains(kind, int(inner))

@@ -336,6 +336,19 @@ def test_the_arguments_of_a_launch_rule_have_numbers_for_a_call() -> None:
     assert not told("1e-300")
 
 
+def test_whole_numbers_that_are_too_large_for_a_double_are_mistakes() -> None:
+    counted = SPEC.replace("v: real in 0 .. 1.2", "v: int in 0 .. 12")
+    model = model_of(counted + "poster tired: bool = false; launch go: base.move(10) when tired;")
+
+    def told(field: str) -> list[str]:
+        found = read_binding(Source("b", BIND.replace("scale = 0.01", field)), model)[1]
+        return [each.message for each in found if each.severity == "error"]
+
+    assert told("scale = 1e-308") == ["`go` requires `v` = 10, which no number stands for in a call, scaled back"]
+    (default,) = told("scale = 1e300, default = 1e300")
+    assert default.startswith("the default of `v` is read as 1000000")
+
+
 def test_the_arguments_of_a_launch_rule_have_names_for_a_call() -> None:
     model = model_of(SPEC + "poster tired: bool = false; launch go: arm.reach(right) when tired;")
     text = BIND.replace('l = "left", r = "right"', 'l = "left"')
