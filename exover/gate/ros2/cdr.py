@@ -77,6 +77,11 @@ def topic(body: bytes) -> bytes:
     return ENCAPSULATION + body
 
 
+def text(content: bytes) -> bytes:
+    """Return the body of a message that is one string."""
+    return _COUNT.pack(len(content) + 1) + content + b"\0"
+
+
 def goal_reply(accepted: bool, stamp: Stamp) -> bytes:
     """Return the body of a `send_goal` response."""
     return _GOAL_REPLY.pack(accepted, *stamp)

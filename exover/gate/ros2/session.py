@@ -13,8 +13,8 @@ from cyclonedds.domain import DomainParticipant
 
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, BindingKind
+from exover.gate.ros2 import cdr
 from exover.gate.ros2 import endpoints as dds
-from exover.gate.ros2.cdr import topic as message
 from exover.gate.ros2.endpoints import KEPT, TopicReader, TopicWriter, Waiting, key_of
 from exover.gate.ros2.idl import SampleTypes
 from exover.gate.ros2.interfaces import CANCEL, Interfaces
@@ -183,8 +183,7 @@ class Ros2Session:
         self._decisions = writer
 
         def publish(line: bytes) -> None:
-            text = line[:-1] + b"\0"
-            self._write(name, lambda: writer.write(message(len(text).to_bytes(4, "little") + text)))
+            self._write(name, lambda: writer.write(cdr.topic(cdr.text(line[:-1]))))
 
         return publish
 
