@@ -113,7 +113,7 @@ class _Maker:
 
 FIGURES = (
     "MEMORY_BYTES", "TABLE_BYTES", "RECORD_BYTES", "TESTS", "ACTIONS", "PASSES", "STACK_BYTES", "SCRUB_STEPS",
-    "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "STATUSES", "ROOM", "TABLES_H",
+    "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "ROOM", "TABLES_H",
     "NAMES_H", "API_H",
 )  # fmt: skip
 """The macros of every spec, each after its prefix; no other identifier gets these names."""

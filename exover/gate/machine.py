@@ -155,7 +155,7 @@ class _Step:
         """Return the current value of a field of the state."""
         return self._changes[name] if name in self._changes else getattr(self._state, name)
 
-    def _alarm(self, kind: AlarmKind, slot: SlotId | None = None, detail: str = "") -> None:
+    def _alarm(self, kind: AlarmKind, slot: SlotId | None, detail: str = "") -> None:
         request, number = slot or (None, None)
         self._effects.append(Alarm(kind, request, number, detail))
 

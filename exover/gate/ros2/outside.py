@@ -82,7 +82,7 @@ class Outside:
     now: Callable[[], Stamp]
     new_id: Callable[[], bytes]
     own: OwnRequests
-    name: str = "ros2"
+    name: str
     numbers: "count[int]" = field(default_factory=lambda: count(1))
 
     def call(self, peer: int) -> CallId:
