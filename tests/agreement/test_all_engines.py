@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from tests.support.agreement import ENUMERATION, Agreed, Tally, agreed, every_engine
-from tests.support.nusmv import needs_nusmv
+from tests.support.needed import needs_nusmv
 
 pytestmark = needs_nusmv
 

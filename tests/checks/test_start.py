@@ -9,7 +9,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import every_engine
 from tests.support.engines import model_of
-from tests.support.nusmv import needs_nusmv
+from tests.support.needed import needs_nusmv
 from tests.support.small import compiled
 
 SPEC = "spec s; module m { request a(); } forbid f: not past(m.a) and not active(m.a) by kill m.a;"

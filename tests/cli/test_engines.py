@@ -12,7 +12,7 @@ from exover.engines.smv.program import find
 from tests.cli.processes import FOREVER, processes
 from tests.cli.specs import DEAF, SPEC
 from tests.support.command import environment
-from tests.support.nusmv import needs_nusmv
+from tests.support.needed import needs_nusmv
 
 pytestmark = needs_nusmv
 

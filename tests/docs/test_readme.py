@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from tests.docs.pages import ROOT, Block, blocks, fill, play, run
-from tests.support.cudd import needs_cudd
+from tests.support.needed import needs_cudd
 
 
 def test_the_readme_runs_and_its_spec_holds(tmp_path: Path) -> None:

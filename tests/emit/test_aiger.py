@@ -16,9 +16,9 @@ from exover.engines.aig.induction.pdr import decide
 from exover.engines.process import run
 from exover.pipeline import build, check, load, load_properties
 from exover.source import Source
-from tests.support.abc import needs_abc
 from tests.support.aiger_reader import read
 from tests.support.command import Run, environment
+from tests.support.needed import needs_abc
 
 SPEC = """spec s; module m { request r(); }
 forbid f: active(m.r) by kill m.r; launch l: m.r() when past(m.r);"""

@@ -170,7 +170,7 @@ class Tally:
             yield f"{engine:>12}: {number} unknown: {reason}"
 
 
-def small_enough(engines: Engines, first: int = 0) -> Iterator[Agreed]:
+def small_enough(engines: Engines, first: int) -> Iterator[Agreed]:
     """Yield what is said of ever new specs, those left out that are too large to be enumerated."""
     seed = first
     while True:

@@ -9,7 +9,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import every_engine
 from tests.support.engines import model_of
-from tests.support.nusmv import missing
+from tests.support.needed import NO_NUSMV
 from tests.support.oracle import explore, verdicts
 from tests.support.small import compiled
 
@@ -34,7 +34,7 @@ launch stop: nav.hold() when out and running(nav.orbit) and EXTRA;
 def test_a_launch_rule_that_is_tried_is_in_use(clause: str, extra: str, verdict: str) -> None:
     made = compiled(model_of(FENCE.replace("CLAUSE", clause).replace("EXTRA", extra)))
     assert verdicts(explore(made.model, 1000, 10_000))["rule-use", "stop"] == verdict
-    engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
+    engines = Engines(("bdd", "z3"), compared=True) if NO_NUSMV else every_engine()
     findings = check_all(made, lambda what: None, CheckPlan({"rule-use"}, engines=engines)).findings
     (found,) = (each for each in findings if (each.check, each.subject) == ("rule-use", "stop"))
     assert found.verdict == verdict
@@ -50,6 +50,6 @@ def test_a_refusal_that_is_not_answered_again_is_one() -> None:
     text = "for s; property refused: always (low and not active(m.home) implies rejected(m.home));"
     properties = load_properties(Source("s.prop", text), made.model).properties
     assert properties is not None
-    engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
+    engines = Engines(("bdd", "z3"), compared=True) if NO_NUSMV else every_engine()
     findings = check_all(made, lambda what: None, CheckPlan(properties=properties, engines=engines)).findings
     assert {each.subject: each.verdict for each in findings if each.check == "property"}["refused"] == "holds"

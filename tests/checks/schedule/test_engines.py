@@ -34,9 +34,9 @@ from exover.model.trace import Disagreement, Moment, Trace
 from exover.pipeline import build, load_properties
 from exover.source import Source
 from tests.checks.work import built, silent
-from tests.support.cudd import needs_cudd
 from tests.support.diagrams import check_by_diagrams
 from tests.support.hanging import hang
+from tests.support.needed import needs_cudd
 
 SPEC = """spec demo;
 module m { request a(); request b(); request c() { check active(m.a); } }

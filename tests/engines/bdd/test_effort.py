@@ -9,7 +9,7 @@ from exover.engines.bdd.effort import NODE_LIMIT, STEP_LIMIT, OutOfSteps, limite
 from exover.engines.bdd.manager import BddManager, Set
 from exover.engines.bdd.python_manager import PythonManager
 from exover.engines.bdd.space import new_manager
-from tests.support.cudd import needs_cudd
+from tests.support.needed import needs_cudd
 
 PAIRS = 40
 BITS = [f"{side}{number}" for side in "xy" for number in range(PAIRS)]

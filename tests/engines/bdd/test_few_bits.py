@@ -7,7 +7,7 @@ import pytest
 from exover.engines.bdd.few_bits import FewBits
 from exover.engines.bdd.manager import BddManager, Set
 from exover.engines.bdd.space import new_manager
-from tests.support.cudd import needs_cudd
+from tests.support.needed import needs_cudd
 
 pytestmark = needs_cudd
 NAMES = [f"x{number}" for number in range(12)]

@@ -38,7 +38,7 @@ from exover.ocrd.compile import Compiled
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import judged
-from tests.support.nusmv import needs_nusmv
+from tests.support.needed import needs_nusmv
 from tests.support.small import compiled, small_spec_of
 
 pytestmark = needs_nusmv

@@ -17,9 +17,9 @@ from exover.engines.aig.circuit.answer import Answer, Clause, Open, Reachable, U
 from exover.engines.aig.circuit.graph import Circuit, Graph, Literal
 from exover.engines.aig.induction.inductive import Induction
 from exover.engines.process import NotRunnable
-from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
 from tests.support.confirming import confirms
+from tests.support.needed import needs_abc
 
 FAKE = """#!{python}
 import os, signal, sys, time

@@ -10,9 +10,9 @@ from exover.engines.aig.circuit import aiger
 from exover.engines.aig.circuit.aiger import Document, Names, binary, text
 from exover.engines.aig.circuit.graph import Circuit, Fanins, Graph, LatchNode
 from exover.engines.process import run
-from tests.support.abc import needs_abc
 from tests.support.aiger_reader import NoAiger, read
 from tests.support.circuits import counter, random_circuit, reachable
+from tests.support.needed import needs_abc
 
 TOGGLE = b"aag 4 1 1 0 2 1\n2\n4 7 1\n8\n8 4 2\n6 4 2\ni0 go\nl0 on off\nb0 both\nc\nof two\nlines\n"
 

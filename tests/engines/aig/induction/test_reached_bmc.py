@@ -13,8 +13,8 @@ from exover.engines.aig.induction.reached_bmc import Depth, RunSearch, runs_from
 from exover.engines.aig.simulation.exploration import Seed
 from exover.engines.aig.simulation.replay import replayed
 from exover.engines.aig.simulation.runs import random_words, simulate
-from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable
+from tests.support.needed import needs_abc
 
 DEEP = Depth(steps=70, each=10**9, patience=10**9)
 """More steps than a circuit of six latches has states."""
