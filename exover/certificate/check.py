@@ -54,6 +54,8 @@ class Checker:
     def _vector(self) -> None:
         """Refuse a table with an entry that does not start as what it counts, or misses changes of posters it reads."""
         table, start, now = self.table, TableStep(self.table, self.initial), TableStep(self.table, self.vars)
+        if not all(within(row, row.fallback) for row in table.variables if row.has_fallback):
+            raise Refused("a variable reads what is out of its range instead of a broken reading")
         kept = [row.raw for row in table.variables]
         for row in (*table.requests, *table.variables):
             for order, its in ((each, table.variables[-1 - k]) for each in row.orders for k in each[:2] if k < 0):

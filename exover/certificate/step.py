@@ -11,7 +11,7 @@ from typing import Any
 
 from exover.certificate import table as t
 from exover.certificate.table import NONE, REAL, Refused, Rows, Table
-from exover.certificate.term import conj, disj, ite, neg, order
+from exover.certificate.term import conj, disj, ite, neg
 
 IDLE, RUNNING, STOPPING = EMPTY, WAITING, CLEARING = range(3)
 UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
@@ -19,7 +19,6 @@ STANDS = (-t.WAIT, -t.CLEAR, -t.SETTLE)
 FACTS = ("abort", "fault", "asked", "ended", "launch", "wait", "reject", "kill", "left", "named", "watched")
 FORGOTTEN = (*FACTS, "start", "tried", "fallen")
 ABOUT = {"ask": "request", "give up": "request", "observe": "variable", "level": "stock"}
-INFINITE = float("inf")
 Range = namedtuple("Range", "low high")
 Event = tuple[Any, ...]
 """Kind, number of its subject, outcome of a report (1 ok, 2 failed, 3 interrupted; else 0), values or their ranges."""
@@ -32,9 +31,8 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
         yield from ((f"{name}.{k}", Fraction(0) if row.type == REAL else 0, row, owner) for k, row in enumerate(rows))
 
     yield from ((name, name == "start", None, "") for name in ("start", "abort", "fault"))
-    yield from ((f"named.{number}", False, None, "") for number in range(len(table.reasons)))
-    yield from ((f"tried.{number}", False, None, "") for number in range(len(table.launches)))
-    yield from ((f"watched.{number}", False, None, "") for number in range(len(table.watched)))
+    for name, rows in (("named", table.reasons), ("tried", table.launches), ("watched", table.watched)):
+        yield from ((f"{name}.{number}", False, None, "") for number in range(len(rows)))
     for r, row in enumerate(table.requests):
         for slot in table.slots(r):
             yield f"phase.{slot}", IDLE, Range(IDLE, STOPPING), ""
@@ -50,7 +48,7 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
 
 def within(row: Any, value: Any) -> Any:
     """Return the condition that a value is in a range."""
-    return conj(row.low == -INFINITE or row.low <= value, row.high == INFINITE or value <= row.high)
+    return conj(row.low == float("-inf") or row.low <= value, row.high == float("inf") or value <= row.high)
 
 
 def inputs(table: Table) -> Iterator[Event]:
@@ -169,7 +167,7 @@ class TableStep:
                 return self.state[side] if isinstance(side, str) else loaded[side]
             case "order", *sides:
                 left, *rights = (self.state.get(side, loaded.get(side, side)) for side in sides)
-                return sum(order(left, right) for right in rights)
+                return sum(ite(left < right, 0, ite(left == right, 1, 2)) for right in rights)
             case "part", entry, factor:
                 return factor * self.value(entry, loaded)
             case _, r, name, phase, where, predicate, weight:

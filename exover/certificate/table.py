@@ -103,8 +103,10 @@ def decode(data: bytes) -> Table:
     owner = Rows(number for number, row in enumerate(sections["requests"]) for _ in range(row.instances))
     digest = hashlib.sha256(_sealed(data, flags & ~UNCHECKED)).hexdigest()
     table = Table(spec=spec.hex(), sha256=digest, doubles=doubles, words=words, owner=owner, **sections)
-    if [slot for number in range(len(table.requests)) for slot in table.slots(number)] != list(range(len(owner))):
-        raise Refused("the slots of the requests do not follow each other")
+    slots = [slot for number in range(len(table.requests)) for slot in table.slots(number)]
+    values = [at for r in table.requests for at in range(r.values, r.values + len(r.params) * (r.instances + 1))]
+    if slots != list(range(len(slots))) or values != list(range(len(values))):
+        raise Refused("the slots of the requests, or what they hold, do not follow each other")
     return table
 
 
@@ -119,5 +121,6 @@ def _whole(row: Any, sections: dict[str, Rows]) -> Any:
     fields = zip(row._fields, row, row[1:], strict=False)
     found = {field: sections[RANGES[field]][first:end] for field, first, end in fields if field in RANGES}
     if getattr(row, "type", None) == REAL:
-        found |= {key: sections["reals"][at] for key, at in row._asdict().items() if key in ("low", "high", "initial")}
+        known = {field: at for field, at in row._asdict().items() if field in ("low", "high", "initial", "fallback")}
+        found |= {field: sections["reals"][at] for field, at in known.items()}
     return row._replace(**found)

@@ -47,8 +47,3 @@ def ite(cond: Any, yes: Any, no: Any) -> Any:
         return disj(cond, no) if yes else conj(neg(cond), no)
     left, right = lifted(yes), lifted(no)
     return yes if left.eq(right) else z3().If(cond, left, right)
-
-
-def order(left: Any, right: Any) -> Any:
-    """Return 0 if the left is less, 1 if they are equal, 2 if it is greater."""
-    return ite(left < right, 0, ite(left == right, 1, 2))

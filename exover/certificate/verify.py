@@ -14,7 +14,6 @@ NAMED = ("spec", "requests", "reasons", "assumptions", "watched")
 """The keys of a certificate that a spec and its properties determine, as they do the claims."""
 KEYS = {*NAMED, "findings", "tool", "spec_sha256", "table_sha256", "invariant", "kept"}
 FINDING = {"check", "subject", "verdict", "claim", "proof"}
-Finding = dict[str, Any]
 
 
 class Unreadable(ValueError):
@@ -25,8 +24,8 @@ class Unreadable(ValueError):
 class Verified:
     """The findings of a certificate: `proved` of the table, and `unproved`, each with the reason that it states."""
 
-    proved: tuple[Finding, ...]
-    unproved: tuple[tuple[Finding, str], ...]
+    proved: tuple[dict[str, Any], ...]
+    unproved: tuple[tuple[dict[str, Any], str], ...]
 
 
 def read(text: bytes) -> dict[str, Any]:

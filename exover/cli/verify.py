@@ -3,7 +3,7 @@
 import argparse
 import json
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from exover.checks.questions import SEVERITY
 from exover.cli.files import read_bytes, read_properties, read_spec, shown
@@ -14,7 +14,7 @@ from exover.model.wording import visible
 from exover.pipeline import claimed, different, embedded
 
 if TYPE_CHECKING:
-    from exover.certificate.verify import Finding, Verified
+    from exover.certificate.verify import Verified
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -113,7 +113,7 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     return ExitStatus.VIOLATED if wanted else ExitStatus.OK
 
 
-def _is_wanted(finding: "Finding") -> bool:
+def _is_wanted(finding: dict[str, Any]) -> bool:
     """Return whether a finding holds and its check has severity error, as one that is not known is taken to have."""
     return finding["verdict"] == "holds" and SEVERITY.get(finding["check"], "error") == "error"
 

@@ -316,3 +316,18 @@ def test_posters_are_compared_by_what_each_reads_whenever_that_changes() -> None
     ):
         with pytest.raises(Refused, match="is not compared by what it reads"):
             Checker(decode(pack(replace(tables, variables=variables, orders=orders))))
+
+
+def test_what_slots_hold_stands_apart_and_a_broken_reading_is_in_range() -> None:
+    text = "poster p: int in 0 .. 9 = 0 else 5; poster r: real in 0 .. 9 = 0 else 5;"
+    module = "module m { request x(v: bool) { check p < 8; } request y(v: bool) { check r < 6; } }"
+    tables = build(model_of(f"spec apart; {text} {module}")).tables
+    first, second = tables.requests
+    with pytest.raises(Refused, match="what they hold, do not follow each other"):
+        decode(pack(replace(tables, requests=(first, replace(second, values=0)))))
+    p, r = tables.variables
+    far = len(tables.reals)
+    for variables in ((replace(p, fallback=10), r), (p, replace(r, fallback=far))):
+        damaged = replace(tables, variables=variables, reals=(*tables.reals, 9.5))
+        with pytest.raises(Refused, match="out of its range"):
+            Checker(decode(pack(damaged)))
