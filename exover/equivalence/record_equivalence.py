@@ -127,7 +127,7 @@ def _wrong_conflicts(records: Records) -> Iterator[str]:
 
 
 def _wrong_rows(records: Records) -> Iterator[str]:
-    """Yield the launches and latches whose records name something else than the model: requests, arguments, reasons."""
+    """Yield what launches, latches and variables name otherwise than the model: requests, arguments, reasons, roles."""
     tables, start = records.tables, len(records.model.variables)
     for launch, required in zip(records.model.launches, tables.launches, strict=True):
         request = records.model.request[launch.request]
@@ -141,6 +141,9 @@ def _wrong_rows(records: Records) -> Iterator[str]:
             yield f"what launch `{launch.name}` launches"
     if [latch.variable for latch in tables.latches] != [start + k for k in range(len(records.model.latches))]:
         yield "the variables of latches"
+    roles = [t.POSTER if variable.kind == "poster" else t.STATE for variable in records.model.variables]
+    if [row.role for row in tables.variables] != [*roles, *(t.LATCH for _ in records.model.latches)]:
+        yield "which variables are observed"
     if [row.statuses for row in tables.requests] != [len(request.statuses) for request in records.model.requests]:
         yield "the statuses of reports"
 

@@ -20,7 +20,7 @@ from exover.loop.finite import builder
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled, compile_model
-from exover.ocrd.tables import Node, Tables
+from exover.ocrd.tables import STATE, Node, Tables
 from tests.support.engines import DIGEST, agree_at_random, model_of
 
 SPECS = Path(__file__).parents[1] / "specs"
@@ -130,6 +130,12 @@ def test_posters_are_compared_by_what_each_reads_whenever_that_changes() -> None
             made.tables, orders=tuple(replace(o, entry=-1) if k == number else o for k, o in enumerate(orders))
         )
         assert f"the posters that `{name}` is compared with" in different(with_tables(made, deaf))
+
+
+def test_a_poster_that_is_taken_for_a_state_is_found() -> None:
+    made = compile_model(model_of("spec deaf; poster p: bool = false; module m { request x() { check p; } }"), DIGEST)
+    deaf = (replace(made.tables.variables[0], role=STATE),)
+    assert different(with_tables(made, replace(made.tables, variables=deaf))) == {"which variables are observed"}
 
 
 def test_a_record_that_fills_the_entry_of_another_is_found() -> None:
