@@ -68,7 +68,8 @@ static bool counts_fit(exover *c, const exover_tables *tables)
     c->shape[EXOVER_REALS] = tables->head[EXOVER_HEAD_REALS];
     c->shape[EXOVER_CHECKSUM] = tables->head[EXOVER_HEAD_CHECKSUM];
     c->shape[EXOVER_WORDS] = start + checks;
-    return (checks == 0u || checks == records + c->shape[EXOVER_REALS]) && start + checks == tables->word_count && tables->word_count <= INT32_MAX && c->shape[EXOVER_REALS] == tables->real_count
+    return (checks == 0u || checks == records + c->shape[EXOVER_REALS]) && start + checks == tables->word_count
+           && tables->word_count <= INT32_MAX / EXOVER_WIDTH && c->shape[EXOVER_REALS] == tables->real_count
            && tables->real_count <= INT32_MAX / 32;
 }
 

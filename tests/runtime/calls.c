@@ -26,10 +26,8 @@ static int claimed(uint32_t reals, size_t real_count, size_t word_count)
     tables.head[EXOVER_HEAD_REALS] = reals;
     tables.real_count = real_count;
     tables.word_count = word_count;
-    if (word_count > INT32_MAX) { /* nodes, entries and requests, as many of each as there may be */
-        for (int section = 0; section < 3; section++)
-            tables.head[EXOVER_HEAD_COUNTS + section] = INT32_MAX / 32;
-    }
+    for (int section = 0; section < 3; section++) /* nodes, entries and requests, as many of each */
+        tables.head[EXOVER_HEAD_COUNTS + section] = (uint32_t)(word_count / 35);
     return (int)exover_load_stopped(&r2c, &tables, memory, sizeof memory);
 }
 
@@ -95,7 +93,7 @@ int main(void)
     printf("%d ", headed(EXOVER_HEAD_CHECKSUM, 1, 0, 0));
     printf("%d %d ", headed(EXOVER_HEAD_MAGIC, 0, 1, 0), headed(EXOVER_HEAD_MAGIC, 0, 0, 1));
     printf("%d %d ", claimed(1, 2, 0), claimed(0x4000000, 0x4000000, 0));
-    printf("%d\n", claimed(0, 0, (size_t)(INT32_MAX / 32) * 35));
+    printf("%d %d\n", claimed(0, 0, (size_t)(INT32_MAX / 32) * 35), claimed(0, 0, (size_t)(INT32_MAX / 35) * 35));
     printf("%d ", (int)exover_fault(&fresh));
     printf("%d ", (int)exover_verify(&r2c, exover_ask(&r2c, CALLS_M_A, NULL, 0))); /* of a checker that is not loaded */
     printf("%d ", load(all->words, all->reals, memory));

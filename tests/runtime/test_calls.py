@@ -51,7 +51,7 @@ def test_what_no_host_should_give_is_refused(lines: list[list[int]]) -> None:
     loads, started, events, copied, *_ = lines
     pointers, sizes = loads[:8], loads[8:]
     assert pointers == [NO_TABLES, 0, NO_TABLES, NO_TABLES, NO_TABLES, NO_TABLES, MISALIGNED, MISALIGNED]
-    assert sizes == [BAD_CHECKSUM, *[BAD_COUNTS] * 5]
+    assert sizes == [BAD_CHECKSUM, *[BAD_COUNTS] * 6]
     assert started == [NOT_LOADED, 1, READY, 0]
     *reasons, outside, nothing, running, fault = events
     assert reasons == [MISSING_ARGUMENT, 1, UNKNOWN_STATUS, UNKNOWN_REQUEST, OUT_OF_RANGE]
