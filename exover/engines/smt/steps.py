@@ -82,8 +82,8 @@ class SymbolicSteps:
         frame = SymbolicState(self.terms, self.present | self._memory)
         run(frame)
         before = self.present | self._memory
-        changed = [value for key, value in frame.values.items() if value is not before[key]]
-        changed += [*frame.marks.values(), *(note.guard for note in frame.notes)]
+        guards = (note.guard for note in frame.notes)
+        changed = [*frame.all(frame.written(before)), *frame.marks.values(), *guards]
         return SymbolicComponent(name, run, frozenset(var.name for var in variables(changed)))
 
     def _is_spontaneous(self, component: SymbolicComponent) -> bool:

@@ -1,7 +1,9 @@
 """Symbolic states: each variable at a point of a step, as a term over the state before the step and its inputs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import field
+from itertools import compress
+from operator import is_not
 
 from exover.dataclass import dataclass
 from exover.loop.exact.term import Term, Terms
@@ -59,12 +61,15 @@ class SymbolicState:
         if guard is not self.terms.false:
             self.notes.append(Note(occurrence, request, guard, args))
 
+    def written(self, before: Mapping[str, Term]) -> list[str]:
+        """Return the variables that have another term than in `before`, a copy of the values at an earlier point."""
+        return list(compress(self.values, map(is_not, self.values.values(), before.values())))
+
     def changed(self, before: "SymbolicState") -> dict[str, Term]:
         """Return the variables that may differ from `before`, each with the condition under which it does."""
         found = {}
-        for name, value in self.values.items():
-            if value is not before.values[name]:
-                differs = self.terms.negation(self.terms.equal(value, before.values[name]))
-                if differs is not self.terms.false:
-                    found[name] = differs
+        for name in self.written(before.values):
+            differs = self.terms.negation(self.terms.equal(self.values[name], before.values[name]))
+            if differs is not self.terms.false:
+                found[name] = differs
         return found

@@ -92,11 +92,10 @@ class CountingEncoding(Encoding):
                 again = frame[tried(launch)] if launch >= 0 else self.terms.false
                 self.observer.walks(self.actions, frame, self.terms.negation(again), roots[place])
             part.run(frame)
-            for name, value in list(frame.values.items()):
-                if value is not before[name]:
-                    frame.values[name] = self._narrowed(name, value, self.terms.true)
-                    if name in self.latches.vars:
-                        yield lit(self.terms.equal(frame.values[name], before[name])) ^ 1
+            for name in frame.written(before):
+                frame.values[name] = self._narrowed(name, frame.values[name], self.terms.true)
+                if name in self.latches.vars:
+                    yield lit(self.terms.equal(frame.values[name], before[name])) ^ 1
 
     @cached_property
     def _acting(self) -> list[Part]:

@@ -96,9 +96,9 @@ class Encoding:
             guard = self.graph.conjunction(here, lit(possible))
             event = EncodedEvent(kind, self.terms.bit(guard), given)
             self.events.append(event)
-            for name, value in after.values.items():
-                if value is not self._present[name]:
-                    writes.setdefault(name, []).append((event.chosen, self._narrowed(name, value, event.chosen)))
+            for name in after.written(self._present):
+                value = self._narrowed(name, after.values[name], event.chosen)
+                writes.setdefault(name, []).append((event.chosen, value))
             for label, where in after.marks.items():
                 frame.mark(self.terms.both((event.chosen, where)), *label)
             for note in after.notes:
@@ -136,7 +136,7 @@ class Encoding:
                 due.discard(number)
                 before = dict(self._frame.values)
                 part.run(self._frame)
-                written = [name for name, value in self._frame.values.items() if value is not before[name]]
+                written = self._frame.written(before)
                 for name in written:
                     value = self._narrowed(name, self._frame.values[name], self.terms.true)
                     self._frame.values[name] = value
@@ -175,8 +175,7 @@ class Encoding:
         for part in self._parts:
             frame = SymbolicState(self.terms, dict(present))
             part.run(frame)
-            changed = [value for name, value in frame.values.items() if value is not present[name]]
-            literals = [bit for value in changed for bit in as_word(value).bits]
+            literals = [bit for name in frame.written(present) for bit in as_word(frame.values[name]).bits]
             literals += [lit(where) for where in frame.marks.values()] + [lit(note.guard) for note in frame.notes]
             found.append(frozenset(names[node] for node in cone(self.graph.fanins, literals) if node in names))
         return found

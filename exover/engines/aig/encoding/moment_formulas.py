@@ -1,6 +1,6 @@
 """Formulas of one moment as literals: of the moment after a step, before it, and at the start."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
 
@@ -69,9 +69,16 @@ class MomentFormulas:
     def _passed(self, label: Label) -> Term:
         return self.step.marks.get(label, self.latches.terms.false)
 
-    def notes(self, occurrence: Occurrence, request: str) -> Iterator[Note]:
-        """Yield where, and with which arguments, the step does this with a request."""
-        return (note for note in self.step.notes if (note.occurrence, note.request) == (occurrence, request))
+    def notes(self, occurrence: Occurrence, request: str) -> Sequence[Note]:
+        """Return where, and with which arguments, the step does this with a request."""
+        return self._notes.get((occurrence, request), ())
+
+    @cached_property
+    def _notes(self) -> dict[tuple[Occurrence, str], list[Note]]:
+        found: dict[tuple[Occurrence, str], list[Note]] = {}
+        for note in self.step.notes:
+            found.setdefault((note.occurrence, note.request), []).append(note)
+        return found
 
     # ---- what is known of states ----
 
