@@ -24,6 +24,9 @@ LARGE = 8
 CONTEXTS = 20_000
 """Pairs of a node and the bounds known there that are told apart in one diagram; from then on bounds are ignored."""
 
+REMEMBERED = 1_000
+"""Paths of which the bounds of all quantities are remembered."""
+
 
 class Branch(NamedTuple):
     """A test node: go to `low` if the element of this number is at most `bound`, else to `high`."""
@@ -129,6 +132,8 @@ class _Planting:
         self.linked = self._links()
         self.masks = self._masks(root)
         self.memo: dict[tuple[int, Known], int] = {}
+        self._ranges: dict[tuple[int, Known], Range] = {}
+        self._bounds: dict[Known, dict[int, Range]] = {(): {}}
 
     def _links(self) -> list[int]:
         """Return for each entry a bit set of the entries, itself included, whose ranges may bound its own."""
@@ -199,23 +204,43 @@ class _Planting:
 
     def _range(self, index: int, known: Known) -> Range:
         """Return the range of values that the entry can still have under `known`."""
-        numbers, element = self.forest.numbers, self.tested[index]
-        low, high = numbers.spans[element]
-        about = [item for item in known if self.linked[index] >> item[0] & 1]
+        linked = self.linked[index]
+        about = tuple([item for item in known if linked >> item[0] & 1])
+        key = (index, about)
+        if key not in self._ranges:
+            self._ranges[key] = self._under(index, about)
+        return self._ranges[key]
+
+    def _under(self, index: int, about: Known) -> Range:
+        """Return the range of an entry under known ranges of entries that may bound it."""
+        low, high = self.forest.numbers.spans[self.tested[index]]
         if not about:
             return low, high
-        bounds: dict[int, Range] = {}
         for other, found in about:
             if other == index:
                 low, high = max(low, found[0]), min(high, found[1])
-        for other, found in about:
-            self._propagate(numbers.terms[self.tested[other]], found, bounds)
+        bounds = dict(self._propagated(about))
         for quantity in list(bounds):
             for above in self.forest.above(quantity):
                 least, most = self.forest.bound(above, bounds)
                 bounds[above] = (max(least, self.forest.bound(quantity, bounds)[0]), most)
-        least, most = self._bounded(element, bounds)
+        least, most = self._bounded(self.tested[index], bounds)
         return max(low, least), min(high, most)
+
+    def _propagated(self, known: Known) -> dict[int, Range]:
+        """Return the bounds of the quantities of entries with known ranges, not to be changed; on a path mostly one
+        range is new.
+        """
+        found = self._bounds.get(known)
+        if found is None:
+            found = dict(self._propagated(known[:-1]))
+            index, span = known[-1]
+            self._propagate(self.forest.numbers.terms[self.tested[index]], span, found)
+            if len(self._bounds) >= REMEMBERED:
+                self._bounds.clear()
+                self._bounds[()] = {}
+            self._bounds[known] = found
+        return found
 
     def _bounded(self, element: int, bounds: dict[int, Range]) -> Range:
         """Return the range of an element under bounds of quantities: that under none, but for the terms these bound."""
