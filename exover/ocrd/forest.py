@@ -23,6 +23,8 @@ LARGE = 8
 """Quantities of a sum from which on it is compared with other sums as a whole."""
 CONTEXTS = 20_000
 """Pairs of a node and the bounds known there that are told apart in one diagram; from then on bounds are ignored."""
+CONTEXTS_IN_ALL = 200_000
+"""Those of all diagrams together that are more than one for each node."""
 
 REMEMBERED = 1_000
 """Paths of which the bounds of all quantities are remembered."""
@@ -65,6 +67,7 @@ class Forest:
 
     numbers: Numbers
     most: int = BOTTOM
+    contexts: int = CONTEXTS_IN_ALL
     nodes: list[Branch | Perform] = field(default_factory=list)
     _unique: dict[Branch | Perform, int] = field(default_factory=dict)
     _above: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -72,7 +75,10 @@ class Forest:
 
     def plant(self, manager: Manager, root: int) -> int:
         """Add the diagram `root` of `manager` to the forest and return its node."""
-        return _Planting(self, manager, root).plant(root)
+        planting = _Planting(self, manager, root)
+        planted = planting.plant(root)
+        self.contexts -= max(0, len(planting.memo) - len(planting.masks))
+        return planted
 
     def above(self, quantity: int) -> tuple[int, ...]:
         """Return the numbers of the counters that are always >= this quantity."""
@@ -131,6 +137,7 @@ class _Planting:
         self.tested = manager.entries
         self.linked = self._links()
         self.masks = self._masks(root)
+        self.most = min(CONTEXTS, len(self.masks) + max(0, forest.contexts))
         self.memo: dict[tuple[int, Known], int] = {}
         self._ranges: dict[tuple[int, Known], Range] = {}
         self._bounds: dict[Known, dict[int, Range]] = {(): {}}
@@ -170,7 +177,7 @@ class _Planting:
         if node is None:
             return END
         mask = self.masks[number]
-        known = tuple([item for item in known if mask >> item[0] & 1]) if len(self.memo) < CONTEXTS else ()
+        known = tuple([item for item in known if mask >> item[0] & 1]) if len(self.memo) < self.most else ()
         key = (number, known)
         if key not in self.memo:
             if isinstance(node, Act):

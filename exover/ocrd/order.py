@@ -5,10 +5,13 @@ which no order improves; sifting is for the others. An action never moves above 
 tests above it is a leaf.
 """
 
+from exover.dataclass import dataclass
 from exover.ocrd.diagram import NO, YES, Act, ElementNumber, Manager, Test, children, cofactors, merged, union
 
 WORK = 50_000
 """Nodes that the swaps of one diagram may visit before sifting stops."""
+WORK_IN_ALL = 500_000
+"""Those that the swaps of all diagrams of a spec may visit."""
 GROWTH = 1.2
 """The factor by which a diagram may grow while one entry is moved."""
 
@@ -23,14 +26,26 @@ def support(manager: Manager, roots: list[int]) -> list[ElementNumber]:
     return [manager.entries[level] for level in found]
 
 
-def sift(manager: Manager, root: int) -> tuple[Manager, int]:
-    """Return the manager and root of the diagram under the best order that sifting finds, perhaps the given ones."""
+@dataclass
+class SiftingWork:
+    """What is left of the work for all diagrams of a spec."""
+
+    left: int = WORK_IN_ALL
+
+
+def sift(manager: Manager, root: int, work: SiftingWork | None = None) -> tuple[Manager, int]:
+    """Return the manager and root of the diagram under the best order that sifting finds, perhaps the given ones.
+
+    What is visited is taken from `work`.
+    """
+    work = work or SiftingWork()
     nodes = [manager.node(number) for number in manager.below([root])]
     cuts = [(node.level, cut) for node in nodes if isinstance(node, Test) for cut in node.cuts]
     if len(set(cuts)) == len(cuts):
         return manager, root  # no order needs less than each cut of an entry once
-    sifting = Sifting(manager, root)
+    sifting = Sifting(manager, root, granted := min(WORK, work.left))
     sifting.run()
+    work.left -= granted - sifting.work
     return sifting.result()
 
 
@@ -40,8 +55,9 @@ class Sifting:
     Entries are called by their level in the given manager. `size` is the number of binary tests and actions.
     """
 
-    def __init__(self, manager: Manager, root: int) -> None:
+    def __init__(self, manager: Manager, root: int, work: int = WORK) -> None:
         self.root = root
+        self.work = work
         self.entries = manager.entries
         self.order = [manager.level(entry) for entry in support(manager, [root])]
         self.tests: dict[int, Test] = {}
@@ -51,7 +67,6 @@ class Sifting:
         self._testing: dict[int, dict[int, None]] = {entry: {} for entry in self.order}  # sets that keep their order
         self._users = {NO: 1, YES: 1, root: 1}
         self._next = len(manager)
-        self._work = WORK
         for number in manager.below([root]):
             match manager.node(number):
                 case Test() as test:
@@ -67,7 +82,7 @@ class Sifting:
         """Sift each entry, the one with most nodes first, to the level where the diagram is smallest."""
         least = self._least()
         for entry in sorted(self.order, key=lambda entry: -len(self._testing[entry])):
-            if self.size > least and self._work > 0:
+            if self.size > least and self.work > 0:
                 self._place(entry)
 
     def result(self) -> tuple[Manager, int]:
@@ -100,7 +115,7 @@ class Sifting:
         smallest, most = self.size, GROWTH * self.size
         last = len(self.order) - 1
         for end in (0, last) if start < last - start else (last, 0):
-            while here != end and self.size <= most and self._work > 0:
+            while here != end and self.size <= most and self.work > 0:
                 here = self._step(here, end)
                 if self.size < smallest:
                     best, smallest = here, self.size
@@ -119,7 +134,7 @@ class Sifting:
         upper, lower = self.order[place : place + 2]
         self.order[place : place + 2] = lower, upper
         below = self._testing[lower]
-        self._work -= len(self._testing[upper]) + 1
+        self.work -= len(self._testing[upper]) + 1
         for number in list(self._testing[upper]):
             test = self.tests[number]
             if not below.keys().isdisjoint(test.children):

@@ -3,17 +3,18 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import field
+from functools import partial
 
 from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
-from exover.model.model import Latch, Launch, Location, Model
+from exover.model.model import Location, Model
 from exover.ocrd.decision import DecisionList
-from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
+from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import ElementNumber, Manager, TooManyNodes
 from exover.ocrd.forest import Forest
-from exover.ocrd.order import sift, support
+from exover.ocrd.order import SiftingWork, sift, support
 from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
 from exover.raised import TablesTooLarge
@@ -31,6 +32,7 @@ class Roots:
 
     questions: DecisionContext
     forest: Forest
+    work: SiftingWork = field(default_factory=SiftingWork)
     decide: list[int] = field(default_factory=list)
     rules: list[tuple[int, Reason]] = field(default_factory=list)
     invariants: list[tuple[int, Reason]] = field(default_factory=list)
@@ -45,10 +47,20 @@ class Roots:
             return ALWAYS
         if (request, where) not in self.predicates:
             with _counted(request, self.questions.model.request[request].location):
-                self.predicates[request, where] = _plant(
-                    self.forest, self.questions, lambda decider: decider.predicate(request, where)
-                )
+                self.predicates[request, where] = self.plant(lambda decider: decider.predicate(request, where))
         return self.predicates[request, where]
+
+    def plant(self, build: Callable[[Decider], int]) -> int:
+        """Build a diagram, sift it, add it to the forest and return its root."""
+        source = Manager(most=MOST_NODES)
+        return self._planted(source, build(Decider(self.questions, source)))
+
+    def plant_decision(self, name: str) -> int:
+        """Do so with the decision on a request."""
+        return self._planted(*decided(self.questions, name))
+
+    def _planted(self, manager: Manager, root: int) -> int:
+        return self.forest.plant(*sift(manager, root, self.work))
 
     def of_events(self) -> list[int]:
         """Return the roots of the diagrams that events walk, in the order in which nodes are numbered."""
@@ -69,21 +81,23 @@ def grow(model: Model) -> Roots:
     roots = Roots(questions, Forest(questions.numbers, MOST_NODES))
     for request in model.requests:
         with _counted(request.name, request.location):
-            roots.decide.append(_plant_decision(roots.forest, questions, request.name))
+            roots.decide.append(roots.plant_decision(request.name))
     for rule in model.rules:
         with _counted(rule.name, rule.location):
             if questions.restored(rule):
                 for instance in questions.instances(rule, None):
-                    roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
+                    root = roots.plant(partial(Decider.recover, instance=instance))
+                    roots.rules.append((root, instance.reason))
             elif questions.kept(rule):
                 for instance in questions.instances(rule, None):
-                    roots.invariants.append((_plant_invariant(roots.forest, questions, instance), instance.reason))
+                    root = roots.plant(partial(Decider.broken, instance=instance))
+                    roots.invariants.append((root, instance.reason))
     for launch in model.launches:
         with _counted(launch.name, launch.location):
-            roots.launches.append(_plant_launch(roots.forest, questions, launch))
+            roots.launches.append(roots.plant(partial(Decider.required, launch=launch)))
     for latch in model.latches:
         with _counted(latch.name, latch.location):
-            roots.latches.append(_plant_latch(roots.forest, questions, latch))
+            roots.latches.append(roots.plant(partial(Decider.condition, cond=latch.condition)))
     return roots
 
 
@@ -96,33 +110,6 @@ def _counted(name: str, place: Location) -> Iterator[None]:
         told = f"the tables for `{name}` tell too many cases apart"
         why = f"{told} (more than {MOST_NODES} nodes{f', {reason}' if str(reason) else ''})"
         raise TablesTooLarge(f"{place}: {why}: give it fewer instances, or fewer rules that read arguments") from None
-
-
-def _plant_rule(forest: Forest, questions: DecisionContext, instance: SymbolicInstance) -> int:
-    return _plant(forest, questions, lambda decider: decider.recover(instance))
-
-
-def _plant_invariant(forest: Forest, questions: DecisionContext, instance: SymbolicInstance) -> int:
-    return _plant(forest, questions, lambda decider: decider.broken(instance))
-
-
-def _plant_launch(forest: Forest, questions: DecisionContext, launch: Launch) -> int:
-    return _plant(forest, questions, lambda decider: decider.required(launch))
-
-
-def _plant_latch(forest: Forest, questions: DecisionContext, latch: Latch) -> int:
-    return _plant(forest, questions, lambda decider: decider.condition(latch.condition))
-
-
-def _plant(forest: Forest, questions: DecisionContext, build: Callable[[Decider], int]) -> int:
-    """Build a diagram, sift it, add it to the forest and return its root."""
-    source = Manager(most=MOST_NODES)
-    root = build(Decider(questions, source))
-    return forest.plant(*sift(source, root))
-
-
-def _plant_decision(forest: Forest, questions: DecisionContext, name: str) -> int:
-    return forest.plant(*sift(*decided(questions, name)))
 
 
 def decided(questions: DecisionContext, name: str) -> tuple[Manager, int]:
