@@ -1,9 +1,10 @@
 """Worst-case bounds of each event, by static analysis of the tables: how many tests, answers and passes it can cost.
 
 An event costs what it does itself (costs.py) and the actions that it wakes, in as many passes as they take
-(settling.py). A walk costs the longest path of its diagram. Diagrams have no test whose answer follows from those above
-it (exover/ocrd/forest.py), so each path belongs to a consistent state, as far as the bounds of counters tell. Whether
-one reachable state takes all the longest paths is not asked: the figures are upper bounds.
+(settling.py). A walk costs the longest path of its diagram. But for decisions that ask anew, diagrams have no
+test whose answer follows from those above it (exover/ocrd/forest.py), so each path belongs to a consistent state, as
+far as the bounds of counters tell. Whether one reachable state takes all the longest paths is not asked: the figures
+are upper bounds.
 """
 
 from functools import cached_property

@@ -90,6 +90,8 @@ def alike(
             middle, last = first + inside.index(its.bound), first + len(inside)
             for start, end, child in ((first, middle, its.low), (middle + 1, last, its.high)):
                 stack.append((mine.children[start], 0, -1, child) if start == end else (number, start, end, child))
+        elif isinstance(mine, Act) and mine.action == do.DoNothing():
+            stack.append((mine.child, 0, -1, right))
         elif isinstance(mine, Act):
             if its is None or not same(mine, its):
                 return False
@@ -159,6 +161,8 @@ def differing(manager: Manager, diagram: int, nodes: Sequence[Node], root: int, 
             low, high = split.tested(part, its.code, its.bound)
             go(left, its.low, low)
             go(left, its.high, high)
+        elif isinstance(mine, Act) and mine.action == do.DoNothing():
+            go(mine.child, right, part)
         elif isinstance(mine, Act):
             if its is None or not split.same(mine, its):
                 found = split.either(found, part)

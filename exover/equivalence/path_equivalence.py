@@ -29,6 +29,7 @@ from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
+from exover.ocrd.decision import asked_anew
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children, cofactors, deep, union
@@ -179,6 +180,8 @@ class PathComparison:
         """Return whether a diagram of the rules and one of the tables do the same in every state."""
         if root != ALWAYS and alike(manager, diagram, self.tables.nodes, root, self.entry_of.get, self._same_action):
             return True
+        if asked_anew(manager, diagram):
+            raise UndecidedPaths("no diagram that asks each entry once has few enough nodes")
         with deep():
             return Pair(self, manager, diagram, root).same()
 

@@ -188,6 +188,8 @@ class _Assembly:
                 return t.VIOLATION, reason, 0
             case do.DoAgree():
                 return t.AGREE, None, 0
+            case do.DoNothing():
+                raise AssertionError("what does nothing is no node of a forest")
             case _:
                 assert_never(action)
 

@@ -5,7 +5,7 @@ from itertools import groupby
 
 from exover.dataclass import dataclass
 from exover.model.decision import Reason
-from exover.ocrd.diagram import NO, Manager
+from exover.ocrd.diagram import NO, Act, Manager, TooManyNodes
 from exover.ocrd.view import KillTarget
 
 
@@ -70,7 +70,16 @@ class DoAgree:
     """The condition holds: of a latch, of a launch rule, or a predicate of arguments."""
 
 
-Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
+@dataclass(frozen=True, slots=True)
+class DoNothing:
+    """Nothing is done. What is asked below may have been asked above: it was not remembered."""
+
+
+Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree | DoNothing
+LARGE = 20_000
+"""Nodes that the demands of a decision may make before some are asked anew."""
+SMALL = 200
+"""Nodes that one demand may then make before those below it are asked anew."""
 DecisionEffect = tuple[str, ...] | tuple[str, str, int]
 """An action of a decision without its reason: a verdict; `kill`, a request and a slot; or `dismiss` and a request."""
 
@@ -104,27 +113,63 @@ class DecisionList:
     def compose(self, manager: Manager) -> int:
         """Return the decision as a diagram: any reject, else any wait, else the kills of C, else any settle, else the
         launch, after the dismissals.
+
+        A diagram asks each entry once. Where that needs too many nodes, since what later demands read has to be
+        remembered until the last verdict before them is known, the later demands are asked anew, below `DoNothing`.
         """
+        try:
+            with manager.within(LARGE):
+                return _Composition(self, manager, LARGE).diagram()
+        except TooManyNodes:
+            return _Composition(self, manager, SMALL).diagram()
+
+
+@dataclass(frozen=True)
+class _Composition:
+    """A decision list that becomes a diagram, to which one demand may add `most` nodes."""
+
+    decision: DecisionList
+    manager: Manager
+    most: int
+
+    def diagram(self) -> int:
+        """Return the diagram."""
+        manager = self.manager
         result = manager.act(DoLaunch(), NO)
-        dismissals = [demand for demand in reversed(self.demands) if isinstance(demand[1], DoDismiss)]
+        dismissals = [demand for demand in reversed(self.decision.demands) if isinstance(demand[1], DoDismiss)]
         for where, group in groupby(dismissals, key=lambda demand: demand[0]):
             dismissed = result
             for _, do in group:
                 dismissed = manager.act(do, dismissed)
-            result = manager.ite(where, dismissed, result)
-        result = self._first(manager, DoSettle, result)
+            result = self._chosen(where, dismissed, result)
+        result = self._first(DoSettle, result)
         none, some = result, NO
-        for hit, targets, reason in reversed(self.hits):
+        for hit, targets, reason in reversed(self.decision.hits):
             first = manager.act(DoClear(reason), kills(manager, targets, reason, some))
-            none = manager.ite(hit, first, none)
-            some = manager.ite(hit, kills(manager, targets, reason, some), some)
-        return self._first(manager, DoReject, self._first(manager, DoWait, none))
+            none = self._chosen(hit, first, none)
+            some = self._chosen(hit, kills(manager, targets, reason, some), some)
+        return self._first(DoReject, self._first(DoWait, none))
 
-    def _first(self, manager: Manager, kind: type[Do], otherwise: int) -> int:
-        for where, do in reversed(self.demands):
+    def _first(self, kind: type[Do], otherwise: int) -> int:
+        for where, do in reversed(self.decision.demands):
             if isinstance(do, kind):
-                otherwise = manager.ite(where, manager.act(do, NO), otherwise)
+                otherwise = self._chosen(where, self.manager.act(do, NO), otherwise)
         return otherwise
+
+    def _chosen(self, where: int, do: int, otherwise: int) -> int:
+        """Return the diagram of the actions `do` where the condition holds, of `otherwise` elsewhere."""
+        try:
+            with self.manager.within(self.most):
+                return self.manager.ite(where, do, otherwise)
+        except TooManyNodes:
+            return self.manager.ite(where, do, self.manager.act(DoNothing(), otherwise))
+
+
+def asked_anew(manager: Manager, root: int) -> bool:
+    """Return whether the diagram of a decision asks anew what it may have asked."""
+    return any(
+        isinstance(node, Act) and node.action == DoNothing() for node in map(manager.node, manager.below([root]))
+    )
 
 
 def kills(manager: Manager, targets: Iterable[KillTarget], reason: Reason, then: int) -> int:

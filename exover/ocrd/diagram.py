@@ -65,7 +65,7 @@ class Manager:
     """
 
     def __init__(self, order: Iterable[ElementNumber] = (), most: int = BOTTOM) -> None:
-        self.most = most
+        self.most = self.most_results = most
         self.size = 0
         """The number of binary tests and actions."""
         self.entries: list[ElementNumber] = list(order)
@@ -113,10 +113,11 @@ class Manager:
     def _make(self, node: Test | Act, level: int) -> int:
         number = self._unique.get(node)
         if number is None:
-            number = self._unique[node] = len(self._nodes)
-            self.size += len(node.cuts) if isinstance(node, Test) else 1
-            if self.size > self.most or len(self._ite) > self.most:
+            size = self.size + (len(node.cuts) if isinstance(node, Test) else 1)
+            if size > self.most or len(self._ite) > self.most_results:
                 raise TooManyNodes
+            self.size = size
+            number = self._unique[node] = len(self._nodes)
             self._nodes.append(node)
             self._top.append(level)
         return number
@@ -151,6 +152,17 @@ class Manager:
         if found is None:
             found = self._ite[key] = self._split(f, g, h)
         return found
+
+    @contextmanager
+    def within(self, more: int) -> Iterator[None]:
+        """Raise `TooManyNodes` in a `with` block if it makes more than so many nodes, or remembers as many results."""
+        limits = self.most, self.most_results
+        self.most = min(self.most, self.size + more)
+        self.most_results = min(self.most_results, len(self._ite) + more)
+        try:
+            yield
+        finally:
+            self.most, self.most_results = limits
 
     def _split(self, f: int, g: int, h: int) -> int:
         top = [self._top[number] for number in (f, g, h)]

@@ -9,7 +9,7 @@ from dataclasses import field, replace
 from typing import NamedTuple
 
 from exover.dataclass import dataclass
-from exover.ocrd.decision import Do
+from exover.ocrd.decision import Do, DoNothing, asked_anew
 from exover.ocrd.diagram import BOTTOM, NO, YES, Act, Manager, Test, TooManyNodes, children
 from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
@@ -74,7 +74,10 @@ class Forest:
     _sums: dict[int, BoundedSum] = field(default_factory=dict)
 
     def plant(self, manager: Manager, root: int) -> int:
-        """Add the diagram `root` of `manager` to the forest and return its node."""
+        """Add the diagram `root` of `manager` to the forest and return its node.
+
+        One that asks anew keeps all its tests: with what paths know it would be what it would have been otherwise.
+        """
         planting = _Planting(self, manager, root)
         planted = planting.plant(root)
         self.contexts -= max(0, len(planting.memo) - len(planting.masks))
@@ -137,7 +140,8 @@ class _Planting:
         self.tested = manager.entries
         self.linked = self._links()
         self.masks = self._masks(root)
-        self.most = min(CONTEXTS, len(self.masks) + max(0, forest.contexts))
+        most = 0 if asked_anew(manager, root) else min(CONTEXTS, len(self.masks) + max(0, forest.contexts))
+        self.most = most
         self.memo: dict[tuple[int, Known], int] = {}
         self._ranges: dict[tuple[int, Known], Range] = {}
         self._bounds: dict[Known, dict[int, Range]] = {(): {}}
@@ -180,7 +184,9 @@ class _Planting:
         known = tuple([item for item in known if mask >> item[0] & 1]) if len(self.memo) < self.most else ()
         key = (number, known)
         if key not in self.memo:
-            if isinstance(node, Act):
+            if isinstance(node, Act) and node.action == DoNothing():
+                self.memo[key] = self.plant(node.child)
+            elif isinstance(node, Act):
                 self.memo[key] = self.forest.perform(node.action, self.plant(node.child, known))  # type: ignore[arg-type]
             else:
                 self.memo[key] = self._test(node, known)

@@ -6,6 +6,7 @@ tests above it is a leaf.
 """
 
 from exover.dataclass import dataclass
+from exover.ocrd.decision import asked_anew
 from exover.ocrd.diagram import NO, YES, Act, ElementNumber, Manager, Test, children, cofactors, merged, union
 
 WORK = 50_000
@@ -36,9 +37,12 @@ class SiftingWork:
 def sift(manager: Manager, root: int, work: SiftingWork | None = None) -> tuple[Manager, int]:
     """Return the manager and root of the diagram under the best order that sifting finds, perhaps the given ones.
 
-    What is visited is taken from `work`.
+    A diagram that asks anew keeps its order: it is large because each part of it wants another one. What is visited
+    is taken from `work`.
     """
     work = work or SiftingWork()
+    if work.left <= 0 or asked_anew(manager, root):
+        return manager, root
     nodes = [manager.node(number) for number in manager.below([root])]
     cuts = [(node.level, cut) for node in nodes if isinstance(node, Test) for cut in node.cuts]
     if len(set(cuts)) == len(cuts):

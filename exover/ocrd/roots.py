@@ -109,7 +109,8 @@ def _counted(name: str, place: Location) -> Iterator[None]:
     except TooManyNodes as reason:
         told = f"the tables for `{name}` tell too many cases apart"
         why = f"{told} (more than {MOST_NODES} nodes{f', {reason}' if str(reason) else ''})"
-        raise TablesTooLarge(f"{place}: {why}: give it fewer instances, or fewer rules that read arguments") from None
+        advice = "fewer instances, or fewer rules that read arguments, or what other rules kill"
+        raise TablesTooLarge(f"{place}: {why}: give it {advice}") from None
 
 
 def decided(questions: DecisionContext, name: str) -> tuple[Manager, int]:
