@@ -213,8 +213,8 @@ class Decider:
             still = self._true_either_way(instance, without)
             helps = self.manager.both(left, self.manager.negate(still))
             left = self.manager.both(left, still)
-            for name in spared:
-                yield helps, DoDismiss(name, instance.reason)
+            if helps != NO:
+                yield from ((helps, DoDismiss(name, instance.reason)) for name in spared)
         yield left, DoReject(instance.reason)
 
     # ---- rules ----
