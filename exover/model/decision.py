@@ -24,6 +24,7 @@ from exover.model.model import (
 )
 from exover.model.reads import all_needs, in_question
 from exover.model.state import Slot, SlotId, State
+from exover.model.waiting import killed, killed_requests
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,17 +185,16 @@ class Decisions:
         if self.true_either_way(launched, instance):
             return [verdict_without_kill(remedies)]
         name = newcomer[0]
-        if not any(name in self._killed_requests(remedy, instance) for remedy in remedies):
+        if name not in killed(instance.rule):
             return []
         if not self.true_either_way(self.with_clearing(launched, name), instance):
             return []
         for remedy in remedies:
             if isinstance(remedy, Reject | Wait):
                 return [verdict_without_kill((remedy,))]
-            killed = self._killed_requests(remedy, instance)
+            spared = [other for other in killed_requests(remedy, instance.rule) if other != name]
             slots = self.targets(launched, remedy, instance)
             without = launched.idle(slot for slot in slots if slot != newcomer)
-            spared = [other for other in killed if other != name]
             if not self.true_either_way(self.with_clearing(without, name, spared), instance):
                 return [Dismiss(other) for other in spared]
         return ["reject"]
@@ -273,18 +273,6 @@ class Decisions:
                 return [instance.slot] if instance.slot else []
             case _:
                 assert_never(kill)
-
-    def _killed_requests(self, remedy: Remedy, instance: Instance) -> tuple[str, ...]:
-        """Return the requests that a remedy kills; none if it is no kill."""
-        match remedy:
-            case Kill(requests):
-                return requests
-            case KillSlot():
-                return (instance.slot[0],) if instance.slot else ()
-            case Reject() | Wait():
-                return ()
-            case _:
-                assert_never(remedy)
 
 
 @dataclass(frozen=True, slots=True)

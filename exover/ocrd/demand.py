@@ -7,15 +7,14 @@ that the interpreter evaluates in one state is here a diagram, the set of states
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from itertools import takewhile
 from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.model.conditions import fulfilled
-from exover.model.decision import BUSY, Reason, verdict_without_kill
+from exover.model.decision import BUSY, Reason, kills_first, verdict_without_kill
 from exover.model.expression import And, Compare, Cond, Const, Level, Not
-from exover.model.model import Guard, Kill, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait
-from exover.model.waiting import killed_requests
+from exover.model.model import Guard, Kill, KillRemedy, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait
+from exover.model.waiting import killed, killed_requests
 from exover.ocrd.decision import (
     DecisionList,
     Do,
@@ -102,14 +101,15 @@ class Decider:
         busy: list[tuple[int, Do]] = []
         if not request.interrupts_self:
             busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
-        view, hits = self._clear(view, [(i, list(takewhile(_kills, i.rule.remedies))) for i in instances])
+        view, hits = self._clear(view, [(i, list(kills_first(i.rule.remedies))) for i in instances])
         demands = (*busy, *self._demands(request, view, instances))
         return DecisionList(self.choices(request, instances), demands, tuple(hits))
 
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
         """Return, in order, where recovering from exactly these rules kills which slots, and why."""
-        instances = [i for rule in rules for i in self.questions.instances(rule, None)]
-        return self._clear(View(once_stopped=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
+        kills = [(rule, [each for each in rule.remedies if isinstance(each, KillRemedy)]) for rule in rules]
+        instances = [(i, killing) for rule, killing in kills for i in self.questions.instances(rule, None)]
+        return self._clear(View(once_stopped=True), instances)[1]
 
     def choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> dict[int, set[int]]:
         """Return for each argument that selects a counter of a condition (`self.p` inside `with`) these counters.
@@ -131,7 +131,7 @@ class Decider:
 
     # ---- clearing ----
 
-    def _clear(self, view: View, instances: list[tuple[SymbolicInstance, list[Remedy]]]) -> tuple[View, list[Hit]]:
+    def _clear(self, view: View, instances: list[tuple[SymbolicInstance, list[KillRemedy]]]) -> tuple[View, list[Hit]]:
         """Return the view with C taken as idle, and, in order, where which targets are put into C, and why.
 
         `instances`: each with those of its remedies that are kills and may apply.
@@ -171,7 +171,7 @@ class Decider:
         for instance in instances:
             rule, true = instance.rule, self._true_either_way(instance, view)
             found.append((rule.place, true, _verdict(rule.remedies, instance.reason)))
-            if any(request.name in killed_requests(remedy, rule) for remedy in filter(_kills, rule.remedies)):
+            if request.name in killed(rule):
                 found += [(rule.place, where, do) for where, do in self._if_clearing(request, view, instance, true)]
         found.sort(key=lambda demand: demand[0])
         return [(where, do) for _, where, do in found if where != NO]
@@ -254,10 +254,6 @@ class Decider:
                 return []
             case _:
                 assert_never(remedy)
-
-
-def _kills(remedy: Remedy) -> bool:
-    return isinstance(remedy, Kill | KillSlot)
 
 
 def _guard_demand(guard: Guard) -> Do:
