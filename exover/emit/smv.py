@@ -1,6 +1,8 @@
 """The closed loop and what the checks claim of it as SMV text, for NuSMV and nuXmv (docs/engines.md)."""
 
 from collections.abc import Sequence
+from itertools import compress
+from operator import not_
 
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
@@ -27,7 +29,8 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) ->
         mine = tuple(claim for claim in claims if claim.formula and is_of(claim, properties, fair))
         if mine or not fair:
             loop = looped(compiled, properties, mine)
-            asked = tuple(each for each in mine if not loop.approximate or believed(each, "holds", shown=False))
-            text = Text(loop, asked, fair, nodes, enough, tuple(each for each in mine if each not in asked))
+            shown = [not loop.approximate or believed(each, "holds", shown=False) for each in mine]
+            asked, unasked = tuple(compress(mine, shown)), tuple(compress(mine, map(not_, shown)))
+            text = Text(loop, asked, fair, nodes, enough, unasked)
             found.append(Artefact(file, text.render().encode()))
     return tuple(found)

@@ -4,10 +4,11 @@ Everything stands in the order of the text. `place` numbers guards, consumptions
 order; the order of demands in a decision is the order of places (docs/language.md section 4).
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import field, replace
 from functools import cached_property
-from typing import Literal
+from operator import itemgetter
+from typing import Literal, assert_never
 
 from exover.dataclass import dataclass
 from exover.model.expression import Cond
@@ -295,3 +296,42 @@ class Model:
     def text(self, clause: Consumption) -> str | None:
         """Return the `because` text of a `consumes` clause: its own, which may be empty, else that of its resource."""
         return self.resource[clause.resource].because if clause.because is None else clause.because
+
+    @cached_property
+    def demands(self) -> dict[str, tuple[tuple[str, ...], Location]]:
+        """The guards and the remedies of rules, in the order of the text, then the remedies of consumables: by name the
+        mark of the steps that they decide, and their location.
+
+        The remedies of the rule `drive` are called `drive.reject`, `drive.wait` and, for each request that it kills,
+        `drive.kill nd.goto`; rules of the same name share their remedies.
+        """
+        guards = [guard for request in self.requests for guard in request.guards]
+        found: list[tuple[int, str, tuple[str, ...], Location]]
+        found = [(guard.place, guard.name, (guard.objection, guard.name), guard.location) for guard in guards]
+        for rule in self.rules:
+            marks = marks_of(rule.name, rule.remedies, rule.slot_of)
+            found += [(rule.place, name, mark, rule.location) for name, mark in marks]
+        by_name: dict[str, tuple[tuple[str, ...], Location]] = {}
+        for _, name, mark, location in sorted(found, key=itemgetter(0)):
+            by_name.setdefault(name, (mark, location))
+        for resource in (each for each in self.resources if each.consumable):
+            marks = marks_of(resource.name, resource.remedies, None)
+            by_name |= {name: (mark, resource.location) for name, mark in marks}
+        return by_name
+
+
+def marks_of(rule: str, remedies: tuple[Remedy, ...], slot_of: str | None) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield by name the marks of the steps that the remedies of a rule decide, in their order."""
+    for remedy in remedies:
+        match remedy:
+            case Reject():
+                yield f"{rule}.reject", ("reject", rule)
+            case Wait():
+                yield f"{rule}.wait", ("wait", rule)
+            case Kill(requests):
+                yield from ((f"{rule}.kill {request}", ("kill", rule, request)) for request in requests)
+            case KillSlot():
+                assert slot_of is not None
+                yield f"{rule}.kill {slot_of}", ("kill", rule, slot_of)
+            case _:
+                assert_never(remedy)

@@ -5,7 +5,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.checks.questions.demands import demands
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound
@@ -155,7 +154,7 @@ class Statement:
 
     def _only_rejects(self, name: str) -> bool:
         """Return whether a rule or guard demands nothing but to reject, so that all answers that name it reject."""
-        mine = {label for label, _ in demands(self.model).values() if label[1] == name}
+        mine = {label for label, _ in self.model.demands.values() if label[1] == name}
         return mine == {("reject", name)} and all(launch.name != name for launch in self.model.launches)
 
     def condition(self, cond: Cond, once_stopped: bool = False, params: TypedValues[str] | None = None) -> str:

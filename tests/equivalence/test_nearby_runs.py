@@ -47,7 +47,7 @@ def test_what_short_runs_show_can_happen() -> None:
             if shown.contrast is not None:
                 assert context.comparison.changes(context.model.rules_named(name)), name
                 seen["contrast", True] += 1
-        for label, _ in context.demands.values():
+        for label, _ in context.model.demands.values():
             passed = context.analysis.passes(label)
             assert passed or not context.shows(label), label
             seen["demand", context.shows(label)] += passed

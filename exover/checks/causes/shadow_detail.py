@@ -6,14 +6,14 @@ from exover.checks.causes.broken_finding import SHADOWS, BrokenFinding, decide_t
 from exover.checks.causes.cause_wording import beyond_capacity
 from exover.checks.causes.excluded import kept
 from exover.checks.causes.shadowing import Shadowing
-from exover.checks.questions.demands import certain_before, demands
 from exover.checks.questions.idle_guard import NEVER as UNDECIDING
 from exover.checks.questions.idle_guard import UNCALLED as UNDEMANDED
 from exover.checks.questions.rule_use import ADVICE, CAREFUL, NEVER, SILENT, UNCALLED, standing
 from exover.checks.questions.rule_use import VIOLATED as UNNAMED
 from exover.model.expression import Cond, Past, Status
 from exover.model.kleene import truth
-from exover.model.model import Model, Parameter
+from exover.model.model import Model, Parameter, marks_of
+from exover.model.property import Label
 from exover.model.ranges import decided
 from exover.model.reads import reads
 
@@ -101,8 +101,8 @@ def of_redundancy(broken: BrokenFinding) -> str:
 
 def of_idle_guard(broken: BrokenFinding) -> str:
     """Return what the guard or remedy never does, with the remedy before it that always applies."""
-    label, _ = demands(broken.model)[broken.finding.subject]
-    before = certain_before(broken.model, label)
+    label, _ = broken.model.demands[broken.finding.subject]
+    before = _certain_before(broken.model, label)
     if before is not None:
         return f"{UNDECIDING}: `{before}` stands before it, and always applies"
     killed = f"no run kills `{label[2]}` for this rule, or gives it up while it waits" if label[0] == "kill" else ""
@@ -127,3 +127,18 @@ def of_reachability(broken: BrokenFinding) -> str:
     elif shadowing.forbids is not None:
         parts.append(f"it would be launched only in steps that {forbid_text(shadowing.forbids)}")
     return "; ".join(parts)
+
+
+def _certain_before(model: Model, label: Label) -> str | None:
+    """Return the `reject` or `wait` that stands before a remedy wherever its name is written, else None.
+
+    Both always apply, so that no remedy behind them is taken.
+    """
+    written = [marks_of(each.name, each.remedies, each.slot_of) for each in model.rules_named(label[1])]
+    written += [marks_of(each.name, each.remedies, None) for each in model.resources if each.name == label[1]]
+    found = set[str | None]()
+    for labels in ([each for _, each in remedies] for remedies in written):
+        if label in labels:
+            before = (each[0] for each in labels[: labels.index(label)] if each[0] != "kill")
+            found.add(next(before, None))
+    return found.pop() if len(found) == 1 else None

@@ -1,7 +1,6 @@
 """Is a guard, or a remedy of a rule, ever the one that decides?"""
 
 from exover.checks.finding import Finding
-from exover.checks.questions.demands import demands
 from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects
 from exover.loop.claim import Claim
 from exover.model.model import Model
@@ -19,7 +18,7 @@ def decide(context: Context, question: Question) -> Finding:
     A guard, a `wait` and a `reject` decide where their demand is the one that is taken, for a newcomer or a waiting
     request. A `kill r` decides where a slot of r is killed, or a waiting r is given up, for its rule.
     """
-    label, _ = context.demands[question.subject]
+    label, _ = context.model.demands[question.subject]
     if context.shows(label):
         return question.holds(HOLDS, WITNESS)
     if context.analysis.passes(label):
@@ -29,13 +28,13 @@ def decide(context: Context, question: Question) -> Finding:
 
 def subjects(model: Model, _: Properties) -> Subjects:
     """Yield the guards and remedies."""
-    for subject, (_label, location) in demands(model).items():
+    for subject, (_label, location) in model.demands.items():
         yield subject, location
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    return Claim("idle-guard", subject, some_finally(Passed(demands(model)[subject][0])))
+    return Claim("idle-guard", subject, some_finally(Passed(model.demands[subject][0])))
 
 
 CHECK = Check("idle-guard", "note", IFF, subjects, decide, claim, HOLDS, VIOLATED)

@@ -5,7 +5,6 @@ from functools import cached_property, reduce
 from operator import or_
 
 from exover.checks.finding import Finding
-from exover.checks.questions.demands import Demands, demands
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
 from exover.engines.bdd.analysis import Analysis
@@ -53,15 +52,10 @@ class Context:
         return self.analysis.reference
 
     @cached_property
-    def demands(self) -> Demands:
-        """The guards and remedies by name."""
-        return demands(self.model)
-
-    @cached_property
     def nearby(self) -> NearbyRuns:
         """Short runs near rules and guards."""
         marks: dict[str, frozenset[Label]] = {}
-        for label, _ in self.demands.values():
+        for label, _ in self.model.demands.values():
             marks[label[1]] = marks.get(label[1], frozenset()) | {label}
         return NearbyRuns(self.analysis.loop, self.reference, marks)
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Literal
 
 from exover.checks.finding import Finding, FindingKey
-from exover.checks.questions.demands import demands
 from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects, launches
 from exover.loop.claim import Claim, Verdict
 from exover.model.model import Model
@@ -63,7 +62,7 @@ def standing(model: Model, verdicts: Mapping[FindingKey, Verdict], name: str) ->
 
     It decides silently iff all that it does is to keep waiting requests waiting. `verdicts`: of all findings.
     """
-    subjects = (subject for subject, (label, _) in demands(model).items() if label[1] == name)
+    subjects = (subject for subject, (label, _) in model.demands.items() if label[1] == name)
     said = {verdicts.get(("idle-guard", subject)) for subject in subjects}
     return "silent" if "holds" in said else "idle" if said <= {"violated"} else "open"
 

@@ -82,7 +82,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     _shared: dict[Program, Program] = field(default_factory=dict, init=False, repr=False)
     _taking: dict[tuple[int, int], Apply] = field(default_factory=dict, init=False, repr=False)
 
-    @property
+    @cached_property
     def approximate(self) -> bool:
         """Whether the loop over-approximates: iff reals that change are compared with each other."""
         return any(key[0] in ("chosen", "pair") for key in self.index)
@@ -94,7 +94,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """The events; of several with the same program, the first."""
         found: dict[Program, LoopEvent] = {}
         for event in self._all_events():
-            program = (*self.anew(), *event.program)
+            program = (*self.anew, *event.program)
             found.setdefault(program, replace(event, program=program))
         return list(found.values())
 

@@ -17,8 +17,9 @@ from exover.model.state import resting
 class Observers(LoopStates):
     """The parts of programs that note what happens."""
 
+    @cached_property
     def anew(self) -> Program:
-        """Return the assignments with which every step begins: they clear the history variables."""
+        """The assignments with which every step begins: they clear the history variables."""
         return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
 
     def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
@@ -37,8 +38,8 @@ class Observers(LoopStates):
     def marked(self, *label: str) -> Program:
         """Return the part that passes a mark, and notes it if some property asks for it."""
         if label not in self._marks:
-            passed = Passed(label)
-            noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
+            number = self._asked_for.get(label)
+            noted = () if number is None else (Assign(self.index["happened", number], 1),)
             self._marks[label] = (Mark(label), *noted)
         return self._marks[label]
 
@@ -46,6 +47,11 @@ class Observers(LoopStates):
     def _marks(self) -> dict[tuple[str, ...], Program]:
         """By label the mark, once it was made."""
         return {}
+
+    @cached_property
+    def _asked_for(self) -> dict[tuple[str, ...], int]:
+        """By label of a mark that some property asks for, the number of its history variable."""
+        return {each.label: number for number, each in enumerate(self.observed) if isinstance(each, Passed)}
 
     def refused(self, request: int) -> Program:
         """Return the part that notes the rejection of the waiting request."""
