@@ -151,15 +151,13 @@ class SymbolicSteps:
         possible = update(self.actions, frame, kind, tuple(each.var for each in inputs))
         enabled = self.terms.both((possible, *(each.domain for each in inputs)))
         self._settle_down(frame, enabled)
-        after = {name: value for name, value in frame.values.items() if name in self.present}
-        changed = {name: value for name, value in after.items() if value is not before[name]}
+        changed = {name: frame[name] for name in frame.written(before.values) if name in self.present}
         return SymbolicStep(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
 
     def _settle_down(self, frame: SymbolicState, enabled: Term) -> None:
         """Run passes until no component is due: then nothing changes any more."""
-        origin = self.present | self.start
-        touched = {name for name, value in frame.values.items() if value is not origin[name]}
-        due = {c.name for c in self.components if c.name in self.spontaneous or c.reads & touched}
+        touched = frame.written(self.present | self.start)
+        due = {c.name for c in self.components if c.name in self.spontaneous or not c.reads.isdisjoint(touched)}
         while due:
             for component in self.components:
                 if component.name not in due:

@@ -62,7 +62,7 @@ class SymbolicState:
             self.notes.append(Note(occurrence, request, guard, args))
 
     def written(self, before: Mapping[str, Term]) -> list[str]:
-        """Return the variables that have another term than in `before`, a copy of the values at an earlier point."""
+        """Return the variables whose terms are not those of `before`: values at an earlier point, in this order."""
         return list(compress(self.values, map(is_not, self.values.values(), before.values())))
 
     def changed(self, before: "SymbolicState") -> dict[str, Term]:
