@@ -101,10 +101,11 @@ def _wrong_comparisons(records: Records) -> Iterator[str]:
     tables = records.tables
     raws = [row.raw for row in tables.variables if row.raw != NONE]
     orders = [set(tables.orders[row.orders : row.orders_end]) for row in tables.variables]
+    every = set().union(*orders)
     for number, (name, row) in enumerate(zip(records.index.readings, tables.variables, strict=True)):
         if raws.count(row.raw) > 1:
             yield f"where the value of `{name}` is kept"
-        if any(-1 - number in (order.left, order.right) for order in set().union(*orders) - orders[number]):
+        if any(-1 - number in (order.left, order.right) for order in every - orders[number]):
             yield f"the posters that `{name}` is compared with"
         for request, its in enumerate(tables.requests):
             rows = tables.orders[its.orders : its.orders_end]
