@@ -9,7 +9,7 @@ from exover.explain.recorder import Decided, Recovered
 from exover.model.decision import Instance, NewcomerStates, verdict_without_kill
 from exover.model.evaluate import NOTHING, Scope, bind, holds
 from exover.model.explanation import Attempt, Demand, Fact, RuleVerdict
-from exover.model.model import Guard, KillRemedy, Launch, Location, Reject, Rule, Wait
+from exover.model.model import Guard, Launch, Location, Reject, Rule, Wait
 from exover.model.semantics import Reference
 from exover.model.state import SlotId, State
 from exover.model.wording import remedy_text, slot_text
@@ -162,8 +162,8 @@ class RuleVerdicts:
             for instance in self.reference.instances(stopped, rule) if rule.name == name else ():
                 if not self.reference.true(stopped, instance):
                     continue
-                kills = [each for each in rule.remedies if isinstance(each, KillRemedy)]
-                if slots is None or list(slots) in [self.reference.targets(state, kill, instance) for kill in kills]:
+                killed = [self.reference.targets(state, kill, instance) for kill in rule.kills]
+                if slots is None or list(slots) in killed:
                     scene = ImaginedScene({}, STOPPED)
                     found.append(
                         self._rule_verdict(stopped, instance, demand, scene, self._attempts(stopped, instance, None))

@@ -209,6 +209,11 @@ class Rule:
     slot_of: str | None = None
     location: Location = field(default=NOWHERE, compare=False)
 
+    @property
+    def kills(self) -> list[KillRemedy]:
+        """Its remedies that kill, in their order."""
+        return [each for each in self.remedies if isinstance(each, KillRemedy)]
+
 
 @dataclass(frozen=True, slots=True)
 class Launch:

@@ -26,7 +26,7 @@ from exover.model.event import (
     Violated,
     Waits,
 )
-from exover.model.model import KillRemedy, Launch, Request
+from exover.model.model import Launch, Request
 from exover.model.state import Place, Slot, SlotId, State, resting
 
 
@@ -207,7 +207,7 @@ class Reference(Decisions):
     def _recover(self, step: Step) -> Step:
         stopped = step.state.once_stopped()
         for rule in self.rules(step.state):
-            kills = [remedy for remedy in rule.remedies if isinstance(remedy, KillRemedy)]
+            kills = rule.kills
             for instance in self.instances(step.state, rule) if kills else ():
                 if not self.true(stopped, instance):
                     continue

@@ -107,9 +107,8 @@ class Decider:
 
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
         """Return, in order, where recovering from exactly these rules kills which slots, and why."""
-        kills = [(rule, [each for each in rule.remedies if isinstance(each, KillRemedy)]) for rule in rules]
-        instances = [(i, killing) for rule, killing in kills for i in self.questions.instances(rule, None)]
-        return self._clear(View(once_stopped=True), instances)[1]
+        instances = [i for rule in rules for i in self.questions.instances(rule, None)]
+        return self._clear(View(once_stopped=True), [(i, i.rule.kills) for i in instances])[1]
 
     def choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> dict[int, set[int]]:
         """Return for each argument that selects a counter of a condition (`self.p` inside `with`) these counters.
