@@ -77,3 +77,17 @@ def test_the_examples_can_be_written(name: str, tmp_path: Path) -> None:
     out = str(tmp_path)
     assert main(["emit", str(ROOT / "specs" / f"{name}.exo"), "--target", "smv", "--out", out]) == 0
     assert (tmp_path / f"{name}.fair.smv").read_text().count("MODULE main") == 1
+
+
+def test_the_text_grows_in_proportion_to_the_spec(tmp_path: Path) -> None:
+    """A history variable is named where something sets it, and not at each event."""
+
+    def length(requests: int) -> int:
+        spec = tmp_path / "ring.exo"
+        declared = " ".join(f"request r{n}();" for n in range(requests))
+        rules = " ".join(f"mutex m.r{n}, m.r{(n + 1) % requests};" for n in range(requests))
+        spec.write_text(f"spec ring; module m {{ {declared} }} {rules}")
+        assert main(["emit", str(spec), "--target", "smv", "--out", str(tmp_path)]) == 0
+        return (tmp_path / "ring.smv").stat().st_size
+
+    assert length(40) < 2.1 * length(20)

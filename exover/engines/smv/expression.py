@@ -293,6 +293,12 @@ def _number(cases: Cases) -> str:
 
 
 def choice(cases: Iterable[tuple[Expr, str]], otherwise: str) -> str:
-    """Return `case … esac` with the value of the first condition that is true, else `otherwise`."""
-    written = "".join(f" {text(when)} : {value};" for when, value in cases)
-    return f"case{written} TRUE : {otherwise}; esac" if written else otherwise
+    """Return the value of the first condition that is true, else `otherwise`: `case … esac` where it takes that."""
+    written = [(text(when), value) for when, value in cases]
+    match written:
+        case []:
+            return otherwise
+        case [(when, "TRUE")] if otherwise == "FALSE":
+            return when
+        case _:
+            return f"case {' '.join(f'{when} : {value};' for when, value in written)} TRUE : {otherwise}; esac"

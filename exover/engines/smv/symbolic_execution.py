@@ -1,7 +1,9 @@
 """Symbolic execution of programs to DEFINEs of SMV, one line for each value that changes."""
 
+from collections import ChainMap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, replace
+from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.smv.expression import (
@@ -25,12 +27,14 @@ from exover.ocrd.tables import Node, Tables
 
 @dataclass
 class DefineExecution(SymbolicExecution[Expr]):
-    """DEFINEs of one module, as they are made; `now`: the symbols of the variables' values at this point."""
+    """DEFINEs of one module, as they are made; `before`: the symbols of the variables' values at the beginning."""
 
     names: SmvNames
     tests: tuple[str, ...]
     """By node of the tables what it asks or does."""
-    now: dict[int, SmvSymbol]
+    before: dict[int, SmvSymbol]
+    changed: dict[int, SmvSymbol] = field(default_factory=dict)
+    """By variable that has been given a value, the symbol of the one that it has at this point."""
     enabled: Expr = TRUE
     """Whether nothing that was required so far is missing."""
     lines: list[str] = field(default_factory=list)
@@ -52,8 +56,13 @@ class DefineExecution(SymbolicExecution[Expr]):
         return name
 
     def fork(self) -> "DefineExecution":
-        """Return a copy that shares the DEFINEs, but not the values: for events, of which one is chosen."""
-        return replace(self, now=dict(self.now))
+        """Return an execution from the same values that shares the DEFINEs: for events, of which one is chosen."""
+        return replace(self, changed={})
+
+    @cached_property
+    def now(self) -> Mapping[int, SmvSymbol]:
+        """The symbols of the variables' values at this point."""
+        return ChainMap(self.changed, self.before)
 
     def named(self, expr: Expr, hint: str, why: str = "") -> Expr:
         """Return an expression that is short: a DEFINE, if the given one is not."""
@@ -79,11 +88,11 @@ class DefineExecution(SymbolicExecution[Expr]):
         if not left:
             return
         if left[0][0] == TRUE:
-            self.now[var] = left[0][1]
+            self.changed[var] = left[0][1]
             return
         written = choice(((when, value.text) for when, value in left), self.now[var].text)
         name = self._fresh(self.names.flat(var))
-        self.now[var] = self.names.symbol(var, self.define(name, written))
+        self.changed[var] = self.names.symbol(var, self.define(name, written))
 
     # ---- operations ----
 
@@ -161,12 +170,16 @@ class DefineExecution(SymbolicExecution[Expr]):
 def merged(
     ends: Sequence[Mapping[int, SmvSymbol]], before: Mapping[int, SmvSymbol], event: SmvSymbol
 ) -> dict[int, str]:
-    """Return by variable its value after one of several programs, of which `event` says which was run."""
-    found = {}
-    for var, symbol in before.items():
-        alike: dict[str, list[int]] = {}
-        for number, after in enumerate(ends):
-            if after[var].text != symbol.text:
-                alike.setdefault(after[var].text, []).append(number)
-        found[var] = choice(((among(event, numbers), value) for value, numbers in alike.items()), symbol.text)
-    return found
+    """Return by variable its value after one of several programs, of which `event` says which was run.
+
+    `ends`: by program the values that it changes.
+    """
+    alike: dict[int, dict[str, list[int]]] = {}
+    for number, changed in enumerate(ends):
+        for var, symbol in changed.items():
+            if symbol.text != before[var].text:
+                alike.setdefault(var, {}).setdefault(symbol.text, []).append(number)
+    return {
+        var: choice(((among(event, numbers), value) for value, numbers in alike.get(var, {}).items()), symbol.text)
+        for var, symbol in before.items()
+    }

@@ -241,13 +241,15 @@ class Text:
     def _update(self) -> list[str]:
         before = dict(self._now)
         before |= {n: self.names.value(n, 0) for n, v in enumerate(self.loop.variables) if v.key[0] in MEMORY}
+        anew = self.loop.anew
+        before |= {cleared.var: self.names.value(cleared.var, cleared.value) for cleared in anew}
         base = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         ends, enabled = [], []
         for name, each in zip(self.names.events, self.loop.events, strict=True):
             execution = base.fork()
             execution.begin(name, event_text(self.loop.model, each.event))
-            execution.run(each.program, TRUE)
-            ends.append(execution.now)
+            execution.run(each.program[len(anew) :], TRUE)
+            ends.append(execution.changed)
             enabled.append(execution.enabled)
         lines = [f"MODULE update({', '.join(['environment', *map(word, self.modules)])})"]
         lines += _choices(base)

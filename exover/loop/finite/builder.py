@@ -94,9 +94,8 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """The events; of several with the same program, the first."""
         found: dict[Program, LoopEvent] = {}
         for event in self._all_events():
-            program = (*self.anew, *event.program)
-            found.setdefault(program, replace(event, program=program))
-        return list(found.values())
+            found.setdefault(event.program, event)
+        return [replace(event, program=(*self.anew, *event.program)) for event in found.values()]
 
     def _all_events(self) -> Iterable[LoopEvent]:
         for number, request in enumerate(self.model.requests):

@@ -18,16 +18,14 @@ class Observers(LoopStates):
     """The parts of programs that note what happens."""
 
     @cached_property
-    def anew(self) -> Program:
+    def anew(self) -> tuple[Assign, ...]:
         """The assignments with which every step begins: they clear the history variables."""
-        return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
+        return tuple(Assign(var, 0) for var in self.history.values())
 
     def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
         """Return the part that notes an occurrence of the request with these arguments."""
         watching = self._watching.get((occurrence, self.model.requests[request].name), ())
-        return tuple(
-            Assign(self.index["happened", number], 1) for number, each in watching if self._concerns(each, args)
-        )
+        return tuple(Assign(var, 1) for var, each in watching if self._concerns(each, args))
 
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Program:
         """Return the part that notes an occurrence of the request in this slot."""
@@ -38,8 +36,8 @@ class Observers(LoopStates):
     def marked(self, *label: str) -> Program:
         """Return the part that passes a mark, and notes it if some property asks for it."""
         if label not in self._marks:
-            number = self._asked_for.get(label)
-            noted = () if number is None else (Assign(self.index["happened", number], 1),)
+            var = self._asked_for.get(label)
+            noted = () if var is None else (Assign(var, 1),)
             self._marks[label] = (Mark(label), *noted)
         return self._marks[label]
 
@@ -50,8 +48,8 @@ class Observers(LoopStates):
 
     @cached_property
     def _asked_for(self) -> dict[tuple[str, ...], int]:
-        """By label of a mark that some property asks for, the number of its history variable."""
-        return {each.label: number for number, each in enumerate(self.observed) if isinstance(each, Passed)}
+        """By label of a mark that some property asks for, its history variable."""
+        return {each.label: var for each, var in self.history.items() if isinstance(each, Passed)}
 
     def refused(self, request: int) -> Program:
         """Return the part that notes the rejection of the waiting request."""
@@ -76,9 +74,9 @@ class Observers(LoopStates):
     @cached_property
     def _watching(self) -> dict[tuple[Occurrence, str], list[tuple[int, Happened]]]:
         found: dict[tuple[Occurrence, str], list[tuple[int, Happened]]] = {}
-        for number, each in enumerate(self.observed):
+        for each, var in self.history.items():
             if isinstance(each, Happened):
-                found.setdefault((each.occurrence, each.request), []).append((number, each))
+                found.setdefault((each.occurrence, each.request), []).append((var, each))
         return found
 
     def _concerns(self, each: Happened, args: Args) -> bool:

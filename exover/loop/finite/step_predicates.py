@@ -16,8 +16,7 @@ def moments(predicates: StatePredicates[S], formula: Formula) -> S:
         case Broken(rule, once_stopped):
             return predicates.rule(rule, once_stopped)
         case Happened() | Passed():
-            number = space.loop.observed.index(formula)
-            return space.is_value(space.loop.index["happened", number], 1)
+            return space.is_value(space.loop.history[formula], 1)
         case Negation() | Conjunction() | Disjunction():
             return connected(space, formula, lambda part: moments(predicates, part))
         case _:

@@ -81,8 +81,7 @@ class LoopStates:
         for number in range(len(self.tables.launches)):
             self._declare(("tried", number), 2, 0)
         self.observed = tuple(dict.fromkeys(happened(self.properties)))
-        for number in range(len(self.observed)):
-            self._declare(("happened", number), 2, 0)
+        self.history = {each: self._declare(("happened", n), 2, 0) for n, each in enumerate(self.observed)}
 
     @property
     def bit_count(self) -> int:
