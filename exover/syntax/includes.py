@@ -10,7 +10,7 @@ from typing import NamedTuple
 from exover.diagnostics import MAX_REPORTS, Diagnostic, capped, quote
 from exover.source import Source, Span
 from exover.syntax.decode import MAX_BYTES, decode
-from exover.syntax.lex import CONTROL, tokens
+from exover.syntax.lex import CONTROL, END, tokens
 from exover.syntax.parse import parse, parse_file
 from exover.syntax.tree import Include, Item, Part, Spec
 
@@ -83,7 +83,7 @@ class _Reader:
         self._read = read
         self._known = {os.path.realpath(root.name)}
         self._room = MAX_BYTES - len(root.text.encode("utf-8", "surrogatepass"))
-        self._tokens = sum(1 for _ in tokens(root.text, []))
+        self._tokens = sum(token.kind != END for token in tokens(root.text, []))
         self._end = root.end
 
     def items(self, file: Source, tree: Spec | Part, chain: tuple[str, ...], start: int) -> Iterator[Item]:

@@ -151,7 +151,7 @@ class _Reader:
         if last is not None and last.kind == END:
             return last
         token = next(self._tokens)
-        self.count += 1
+        self.count += token.kind != END
         if self.count <= MAX_TOKENS:
             return token
         self.gave_up = True
