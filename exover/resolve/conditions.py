@@ -214,8 +214,8 @@ def _in_range(scope: NameScope, node: tree.InRange) -> Cond | None:
 
 def _bare(scope: NameScope, node: tree.Term, depth: int) -> Cond | None:
     """Return the condition of a bare term, which must be a bool or a define; else None with a mistake noted."""
-    scope.tally.size += 1
     found = operand(scope, node) if isinstance(node, tree.Product | tree.Sum) else unit(scope, node)
+    scope.tally.size += not isinstance(found, Defined)
     match found:
         case None:
             return None

@@ -465,6 +465,14 @@ def test_what_grows_too_large_is_a_mistake() -> None:
     assert found == [("E414", marks[0])]
 
 
+def test_a_define_counts_as_what_it_stands_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    doubling = "define d0 = hot;" + "".join(f"define d{i + 1} = d{i} or d{i};" for i in range(4))
+    monkeypatch.setattr("exover.resolve.conditions.MAX_ATOMS", 16)
+    assert mistakes(f"{WORLD}{doubling}")[0] == []
+    monkeypatch.setattr("exover.resolve.conditions.MAX_ATOMS", 15)
+    assert [code for code, _ in mistakes(f"{WORLD}{doubling}")[0]] == ["E414"]
+
+
 def test_long_circles_and_chains_are_no_trouble() -> None:
     circle = "".join(f"define d{i} = not d{(i + 1) % 3000};" for i in range(3000))
     found, marks, _ = mistakes(f"{WORLD}{circle}".replace("define d0 ", "define «d0 "))
