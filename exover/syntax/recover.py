@@ -5,7 +5,7 @@ a token, delete the token. If none lets the parser continue, panic mode gives up
 its end, and the block of a request, module or context with a wrong head is parsed as if the head were right.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from difflib import get_close_matches
 
 from exover.dataclass import dataclass
@@ -34,6 +34,7 @@ from exover.syntax.unexpected import Closed, Unexpected
 _LISTS = ("check", "request", "enum", "assume")
 """A state with an action for one of these is in a list of statements, where the parser can resume."""
 _STARTS = CLAUSES | MEMBERS | ITEMS | PROPERTY_ITEMS | {"spec", "part", "for"}
+_CLOSING = {"(": ")", "[": "]", "{": "}"}
 _HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
 
 
@@ -92,14 +93,19 @@ def repair(
 
 def _closers(machine: ParserState, braces: bool) -> Iterator[str]:
     """Yield the tokens that may be missing at the end of a part: `;`, brackets, or both; `}` only with ``braces``."""
-    parentheses = sum(isinstance(value, Token) and value.text == "(" for value in machine.values)
+    opened = [value.text for value in reversed(machine.values) if isinstance(value, Token) and value.text in ("(", "[")]
     yield ";"
-    for count in sorted({1, 2, parentheses} if parentheses > 1 else {parentheses} - {0}):
-        yield ") " * count
-        yield ") " * count + ";"
-    ends = ["", "; ", ") " * parentheses + "; "] if parentheses else ["", "; "]
+    for count in sorted({1, 2, len(opened)} if len(opened) > 1 else {len(opened)} - {0}):
+        yield _closed_all(opened[:count])
+        yield _closed_all(opened[:count]) + ";"
+    ends = ["", "; ", _closed_all(opened) + "; "] if opened else ["", "; "]
     for closing in ("}", "} }") if braces else ():
         yield from (end + closing for end in ends)
+
+
+def _closed_all(opened: Iterable[str]) -> str:
+    """Return what closes brackets, the innermost first, each followed by a blank."""
+    return "".join(f"{_CLOSING[bracket]} " for bracket in opened)
 
 
 def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]]:
@@ -184,15 +190,14 @@ def _keyword(machine: ParserState) -> str:
 
 
 def _unclosed(machine: ParserState, before: Token | None, token: Token, insert: tuple[Token, ...]) -> Diagnostic:
-    bracket = next((closer.kind for closer in insert if closer.kind in ")}"), "")
+    bracket = next((closer.kind for closer in insert if closer.kind in _CLOSING.values()), "")
     if not bracket:
         end = before.end if before else 0
         return Diagnostic("E107", f"expected `;` after {statement(_keyword(machine))}", Span(end, end))
-    opening = "(" if bracket == ")" else "{"
-    opener = next(
-        start
+    opening, opener = next(
+        (value.text, start)
         for value, start in zip(reversed(machine.values), reversed(machine.starts), strict=True)
-        if isinstance(value, Token) and value.text == opening
+        if isinstance(value, Token) and _CLOSING.get(value.text) == bracket
     )
     where = f"`{bracket}` is missing before {found(token)}" if token.kind != END else f"`{bracket}` is missing"
     if token.text == "leads" and bracket == ")":
