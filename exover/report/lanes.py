@@ -31,6 +31,8 @@ from exover.report.story import Story, place_text
 LaneMarkKind = Literal["ask", "report", "observe", "abort", "launch", "wait", "reject", "kill", "violation", "invalid"]
 CHECKER = "checker"
 """The lane for what belongs to no request; no request has this name, since names of requests have a dot."""
+Marks = dict[tuple[bool, str], dict[int, tuple["LaneMark", ...]]]
+"""The marks of a lane by step; lanes by whether they have values, and by name: a poster may have that of a request."""
 MOST_ARGUMENTS = 24
 """The most characters of arguments that a mark shows; its tooltip shows all of them."""
 
@@ -69,16 +71,16 @@ class Lane:
 
 def lanes_of(story: Story) -> tuple[Lane, ...]:
     """Return the lanes of requests, readings and levels that are not idle, or not constant, or have a mark."""
-    marks: dict[str, dict[int, tuple[LaneMark, ...]]] = {}
+    marks: Marks = {}
     for step, scene in enumerate(story.scenes, 1):
         found = [_of_event(story.model, scene.event)]
         found += [_of_action(story.model, action) for action in scene.actions]
         for name, mark in found:
-            lane = marks.setdefault(name, {})
+            lane = marks.setdefault((mark.kind == "observe", name), {})
             lane[step] = (*lane.get(step, ()), mark)
-    lanes = [Lane(CHECKER, False, (), marks[CHECKER])] if CHECKER in marks else []
+    lanes = [Lane(CHECKER, False, (), marks.get((False, CHECKER), {}))]
     lanes += [
-        Lane(request.name, False, tuple(_rows(story, request.name)), marks.get(request.name, {}))
+        Lane(request.name, False, tuple(_rows(story, request.name)), marks.get((False, request.name), {}))
         for request in story.model.requests
     ]
     lanes += _readings(story, marks)
@@ -102,12 +104,13 @@ def _slot(state: State, name: str, slot: int) -> str:
     return content.phase if content else ""
 
 
-def _readings(story: Story, marks: dict[str, dict[int, tuple[LaneMark, ...]]]) -> Iterator[Lane]:
+def _readings(story: Story, marks: Marks) -> Iterator[Lane]:
     """Yield a lane for each reading and level that changes or is observed."""
     for name in (*story.start.readings, *story.start.levels):
         cells = tuple(value_text(state.observed(name)) for state in story.states)
-        if name in marks or len(set(cells)) > 1:
-            yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
+        mine = marks.get((True, name), {})
+        if mine or len(set(cells)) > 1:
+            yield Lane(name, True, (Row("", cells),), mine)
 
 
 def _of_event(model: Model, event: Event) -> tuple[str, LaneMark]:

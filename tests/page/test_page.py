@@ -156,6 +156,21 @@ def test_a_run_steps_by_buttons_slider_and_keys(page: Page, rover: Path) -> None
         assert page.locator("#part-simulator .history li").count() == steps + 1
 
 
+def test_a_poster_may_have_the_name_of_a_request(page: Page, tmp_path: Path) -> None:
+    spec = tmp_path / "s.exo"
+    spec.write_text("spec s; module m { request go(); poster go: bool = false; }")
+    with shown(page, report(spec, tmp_path, checked=False)):
+        told = page.evaluate(
+            """() => {
+                const run = new Run(page.tables, page.names);
+                run.step('{"ask": "m.go"}');
+                run.step('{"observe": "m.go", "value": true}');
+                return lanesOf(run).map(({ isValue, marks }) => [isValue, marks.flat().map(({ kind }) => kind)]);
+            }"""
+        )
+        assert told == [[False, ["ask", "launch"]], [True, ["observe"]]]
+
+
 def test_the_simulator_answers_what_is_clicked_and_typed(page: Page, rover: Path, tmp_path: Path) -> None:
     _, made = built(SPECS / "rover.exo")
     with shown(page, rover, "simulator"):

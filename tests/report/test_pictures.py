@@ -337,6 +337,24 @@ def test_only_what_is_there_has_a_lane() -> None:
     }
 
 
+def test_a_poster_may_be_called_as_a_request_is_or_as_the_lane_of_the_checker() -> None:
+    text = """spec s; poster checker: bool = false;
+        module m { request go(); poster go: bool = false; }
+        forbid never: checker and active(m.go) by reject;"""
+    events = ['{"ask": "m.go"}', '{"observe": "m.go", "value": true}', '{"observe": "checker", "value": true}']
+    lanes = lanes_of(told(model_of(text), events))
+    found = [
+        (each.name, each.values, step, mark.kind) for each in lanes for step in each.marks for mark in each.marks[step]
+    ]
+    assert found == [
+        ("checker", False, 3, "violation"),
+        ("m.go", False, 1, "ask"),
+        ("m.go", False, 1, "launch"),
+        ("checker", True, 3, "observe"),
+        ("m.go", True, 2, "observe"),
+    ]
+
+
 # ---- waveforms ----
 
 

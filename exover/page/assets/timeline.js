@@ -13,7 +13,9 @@ function lanesOf(run) {
   names.stocks.forEach(({ name }, k) => {
     lanes.push({ name, isValue: true, rows: changing("", moments.map(({ state }) => plainText(state.levels[k] ?? ""))) });
   });
-  for (const lane of lanes) lane.marks = marks.map((found) => found.filter((mark) => mark.lane === lane.name));
+  // A poster may have the name of a request.
+  const stands = (mark, lane) => mark.lane === lane.name && (mark.kind === "observe") === lane.isValue;
+  for (const lane of lanes) lane.marks = marks.map((found) => found.filter((mark) => stands(mark, lane)));
   return lanes.filter((lane) => lane.rows.length || lane.marks.some((found) => found.length));
 }
 
