@@ -158,7 +158,7 @@ def _is_value(kind: str, text: str) -> bool:
 
 
 def _field(source: Source, text: str, line: int, name: str, kind: Any) -> ImportedField:
-    found = re.search(rf"\b{re.escape(name)}\b[ \t]*(?:$|[^=\w])", text, re.MULTILINE)
+    found = re.search(rf"^[ \t]*[^#\s]\S*[ \t]+{re.escape(name)}\b(?![ \t]*=)", text, re.MULTILINE)
     place = f"{source.name}:{line + text.count(chr(10), 0, found.start()) if found else line}"
     node, what = kind
     match node.name, what:

@@ -131,6 +131,16 @@ def test_what_is_no_definition_is_refused(name: str, text: str, said: str) -> No
     assert str(raised.value).startswith(said)
 
 
+def test_a_field_is_told_where_it_stands_and_not_where_a_comment_names_it() -> None:
+    found = imported(
+        ("x/msg/A.msg", '# mode is one of\nstring MODE="the mode "\nstring other "a mode"\n  string mode # mode\n')
+    )
+    assert [str(each) for each in found.remarks] == [
+        "x/msg/A.msg:3: `a_other` is left out: a string",
+        "x/msg/A.msg:4: `a_mode` is left out: a string",
+    ]
+
+
 def test_lines_may_end_as_on_windows() -> None:
     unix = imported(("p/action/A.action", ACTION))
     windows = imported(("p/action/A.action", ACTION.replace("\n", "\r\n")))
