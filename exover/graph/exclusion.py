@@ -32,10 +32,15 @@ class Member:
 
 def members(rule: Rule, model: Model) -> tuple[Member, ...]:
     """Return the members of a limit or of a renewable resource, in the order of the text; of another rule none."""
-    match rule.condition:
-        case Compare(">", Count(requests), Const(int(most))) if rule.slot_of is None:
+    return _counted(rule.condition, model) if rule.kind in ("limit", "resource") else ()
+
+
+def _counted(cond: Cond, model: Model) -> tuple[Member, ...]:
+    """Return the requests that a condition counts, or whose shares it adds up, if it is that these are too many."""
+    match cond:
+        case Compare(">", Count(requests), Const(int(most))):
             return tuple(Member(name, 1, 1, most) for name in requests)
-        case Compare(">", Used(resource), Const(int(most))) if rule.slot_of is None:
+        case Compare(">", Used(resource), Const(int(most))):
             users = (_member(request, resource, most) for request in model.requests)
             return tuple(user for user in users if user.most)
         case _:
@@ -52,7 +57,7 @@ def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
     """Yield the pairs that a rule keeps apart, each in the order of the text, some perhaps twice."""
     if both := pair(rule):
         yield Exclusion(*both, sometimes=False)
-    elif found := members(rule, model):
+    elif not rule.slot_of and (found := _counted(rule.condition, model)):
         yield from _exceeding(found, model)
     else:
         own = (Status("active", rule.slot_of),) if rule.slot_of else ()
@@ -83,4 +88,4 @@ def _together(cond: Cond, model: Model) -> Iterator[tuple[str, str]]:
             for part in parts:
                 yield from _together(part, model)
         case _:
-            pass
+            yield from ((each.first, each.second) for each in _exceeding(_counted(cond, model), model))

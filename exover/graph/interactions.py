@@ -11,7 +11,7 @@ from typing import Literal, get_args
 from exover.dataclass import dataclass
 from exover.graph.exclusion import Exclusion, Member, exclusions, members
 from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
-from exover.model.reads import Read, in_question, reads, rule_reads, users
+from exover.model.reads import Read, active_reads, in_question, reads, rule_reads, users
 from exover.model.waiting import killed, may_wait_for
 from exover.ocrd.conflicts import pair
 
@@ -166,8 +166,7 @@ class InteractionFinder:
         for rule in self.model.rules:
             named = rule_reads(rule)
             rest = frozenset(read for read in named if read.kind in ("past", "level", "reading"))
-            active = sorted(read.name for read in named if read.kind == "active") if rest else []
-            for name in active:
+            for name in sorted(active_reads(self.model, (rule,))) if rest else ():
                 yield from self._depends("constrains", self.model.request[name], rule, rest)
 
     def _woken(self) -> Iterator[Interaction]:

@@ -17,8 +17,9 @@ MODULE = "module m { request a(); request b(); request c(n: int in 0 .. 9) insta
 
 
 def edges(text: str) -> set[tuple[str, str, str, str, bool]]:
-    """Return the edges of a spec, each of their rules apart."""
+    """Return the edges of a spec, each of their rules apart; both ends of each are participants."""
     graph = interactions(exover.loads(f"spec s; {text}").model)
+    assert {end for e in graph.interactions for end in (e.source, e.target)} <= {each.id for each in graph.participants}
     return {(e.kind, e.source, e.target, rule, e.sometimes) for e in graph.interactions for rule in e.rules}
 
 
@@ -48,6 +49,25 @@ RULES = [
             ("shares", "m.a", "resource r", "3", False),
             ("shares", "m.b", "resource r", "2", False),
             ("shares", "m.c", "resource r", "up to 3", False),
+        },
+    ),
+    (
+        "resource r: 9; context m.a { uses r 3; } context m.b { uses r 3; } forbid x: used(r) > 5;",
+        {
+            ("excludes", "m.a", "m.b", "x", False),
+            ("shares", "m.a", "resource r", "3", False),
+            ("shares", "m.b", "resource r", "3", False),
+        },
+    ),
+    (
+        "resource r: 9; context m.a { uses r 3; } context m.b { uses r 3; } poster p: bool = false; "
+        "forbid x: used(r) > 5 and p;",
+        {
+            ("excludes", "m.a", "m.b", "x", True),
+            ("constrains", "poster p", "m.a", "x", False),
+            ("constrains", "poster p", "m.b", "x", False),
+            ("shares", "m.a", "resource r", "3", False),
+            ("shares", "m.b", "resource r", "3", False),
         },
     ),
     ("forbid x: active(m.a) and active(m.c with n > 3);", {("excludes", "m.a", "m.c", "x", True)}),
