@@ -1,6 +1,6 @@
 """What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, assert_never
 
@@ -22,7 +22,7 @@ from exover.model.model import (
     SetState,
     Wait,
 )
-from exover.model.reads import all_needs, in_question
+from exover.model.reads import RulesByNeed, in_question, rule_needs
 from exover.model.state import Slot, SlotId, State
 from exover.model.waiting import killed, killed_requests
 
@@ -95,7 +95,7 @@ class Decisions:
 
     def decide(self, state: State, request: Request, args: Args) -> Decision:
         """Return what is done with the newcomer `request(args)` in this state."""
-        newcomer = self.newcomer(state, request, args)
+        newcomer = self.newcomer(state, request, args, self.possible(state, request))
         if newcomer is None:
             return Decision("reject", BUSY)
         cleared, demands = newcomer.cleared, self._demands(newcomer, request, args)
@@ -109,20 +109,26 @@ class Decisions:
         """Return all that keeps the newcomer from a launch in this state: a verdict and its reason each, the decisive
         one first; nothing iff it is launched, and only that it is busy if it is.
         """
-        newcomer = self.newcomer(state, request, args)
+        newcomer = self.newcomer(state, request, args, self.possible(state, request))
         if newcomer is None:
             return (("reject", BUSY),)
         return tuple(_objections(newcomer.cleared, self._demands(newcomer, request, args)))
 
-    def newcomer(self, state: State, request: Request, args: Args) -> NewcomerStates | None:
-        """Return the newcomer `request(args)` as it would be launched in this state; None iff the request is busy."""
+    def newcomer(
+        self, state: State, request: Request, args: Args, rules: Iterable[Rule] | None = None
+    ) -> NewcomerStates | None:
+        """Return the newcomer `request(args)` as it would be launched in this state; None iff the request is busy.
+
+        `rules` replace the rules in question.
+        """
         idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
         if not idle and not request.interrupts_self:
             return None
         index = idle[0] if idle else request.instances
         launched = self.launching(state, request, args, index)
         slot = (request.name, index)
-        questions = tuple(i for rule in self.questions[request.name] for i in self.instances(launched, rule))
+        asked = self.questions[request.name] if rules is None else rules
+        questions = tuple(i for rule in asked for i in self.instances(launched, rule))
         return NewcomerStates(state, launched, slot, questions, self.clear(launched, slot, questions))
 
     def clear(self, launched: State, newcomer: SlotId, questions: Sequence[Instance]) -> dict[SlotId, Reason]:
@@ -130,8 +136,10 @@ class Decisions:
         cleared: dict[SlotId, Reason] = {}
         for instance in questions:
             kills = list(kills_first(instance.rule.remedies))
+            if not kills:
+                continue
             state = launched.idle(cleared)
-            if not kills or not self.true_either_way(state, instance):
+            if not self.true_either_way(state, instance):
                 continue
             for remedy in kills:
                 others = [slot for slot in self.targets(state, remedy, instance) if slot != newcomer]
@@ -219,26 +227,29 @@ class Decisions:
     # ---- rules ----
 
     @cached_property
-    def _needed(self) -> list[tuple[frozenset[str], ...]]:
-        """By rule sets of requests: at least one of each set is active where its F holds."""
-        own = [(frozenset({rule.slot_of}),) if rule.slot_of else () for rule in self.model.rules]
-        return [mine + all_needs(rule.condition, self.model) for mine, rule in zip(own, self.model.rules, strict=True)]
+    def _of_states(self) -> RulesByNeed:
+        return RulesByNeed(self.model.rules, [rule_needs(rule, self.model) for rule in self.model.rules])
 
     @cached_property
-    def _needing(self) -> dict[str | None, list[int]]:
-        """For each request, the numbers of the rules with it in the least of the sets; for None, those without sets."""
-        found: dict[str | None, list[int]] = {None: []}
-        for number, needed in enumerate(self._needed):
-            for name in min(needed, key=len) if needed else (None,):
-                found.setdefault(name, []).append(number)
-        return found
+    def _of_newcomers(self) -> dict[str, RulesByNeed]:
+        """The rules in question by request, of those that were asked for so far; the request itself is active."""
+        return {}
 
     def rules(self, state: State) -> list[Rule]:
         """Return the rules in order, without those whose F is false because no request that it needs is active."""
-        active = {name for name, _ in state.held}
-        numbers = {number for name in (*active, None) for number in self._needing.get(name, ())}
-        numbers = {number for number in numbers if not any(map(active.isdisjoint, self._needed[number]))}
-        return [self.model.rules[number] for number in sorted(numbers)]
+        return self._of_states.possible({name for name, _ in state.held})
+
+    def possible(self, state: State, request: Request) -> list[Rule]:
+        """Return the rules in question in order, without those whose F is false once the request is launched, be what
+        is clearing active or not, because no request that it needs is active.
+        """
+        name = request.name
+        if name not in self._of_newcomers:
+            rules = self.questions[name]
+            needed = [tuple(each for each in rule_needs(rule, self.model) if name not in each) for rule in rules]
+            self._of_newcomers[name] = RulesByNeed(rules, needed)
+        clearing = {other for other, place in state.places.items() if place and place.clearing}
+        return self._of_newcomers[name].possible({other for other, _ in state.held} | clearing)
 
     def instances(self, state: State, rule: Rule) -> list[Instance]:
         """Return the rule, or, if it stands for each slot of a request, its copies for the active slots in order."""

@@ -90,8 +90,10 @@ def each_active(state: State) -> list[tuple[str, Slot]]:
 def share_of(model: Model, state: State, name: str, slot: Slot, resource: str) -> int:
     """Return how much of a renewable resource this slot of request `name` holds."""
     request = model.request[name]
-    scope = Scope(bind(request.params, slot.args))
     shares = [share for share in request.shares if share.resource == resource]
+    if not shares:
+        return 0
+    scope = Scope(bind(request.params, slot.args))
     return sum(share.amount for share in shares if applies(model, state, share.when, scope))
 
 

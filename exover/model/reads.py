@@ -1,6 +1,6 @@
 """What a condition reads, by name: used for the rules in question, for wakeups and for cones of influence."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass  # that of exover has no order
 from typing import Literal
 
@@ -128,6 +128,33 @@ def all_needs(cond: Cond, model: Model) -> tuple[frozenset[str], ...]:
     """Return sets of requests: at least one of each set is active in each state where the condition holds."""
     parts = cond.parts if isinstance(cond, And) else (cond,)
     return tuple(needed for part in parts if (needed := needs(part, model)) is not None)
+
+
+def rule_needs(rule: Rule, model: Model) -> tuple[frozenset[str], ...]:
+    """Return sets of requests: at least one of each set is active in each state where the F of the rule holds."""
+    own = (frozenset({rule.slot_of}),) if rule.slot_of else ()
+    return own + all_needs(rule.condition, model)
+
+
+class RulesByNeed:
+    """Rules in order, found by the requests of which their F needs one active.
+
+    `needed`: for each rule, sets of requests; its F is false unless at least one of each set is active.
+    """
+
+    def __init__(self, rules: Sequence[Rule], needed: Sequence[tuple[frozenset[str], ...]]) -> None:
+        self._rules = rules
+        self._needed = needed
+        self._needing: dict[str | None, list[int]] = {None: []}
+        """For each request, the places of the rules with it in the least of the sets; for None, those without sets."""
+        for place, sets in enumerate(needed):
+            for name in min(sets, key=len) if sets else (None,):
+                self._needing.setdefault(name, []).append(place)
+
+    def possible(self, active: set[str]) -> list[Rule]:
+        """Return the rules in order, without those whose F is false because only these requests are active."""
+        places = {place for name in (*active, None) for place in self._needing.get(name, ())}
+        return [self._rules[at] for at in sorted(places) if not any(map(active.isdisjoint, self._needed[at]))]
 
 
 def in_question(model: Model) -> dict[str, tuple[Rule, ...]]:

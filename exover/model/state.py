@@ -101,10 +101,15 @@ class State:
 
     def idle(self, slots: Iterable[SlotId]) -> "State":
         """Return the state with these slots taken as idle."""
-        state = self
-        for slot in slots:
-            state = state.with_slot(slot, None)
-        return state
+        found = frozenset(slots)
+        if not found:
+            return self
+        contents = dict(self.slots)
+        for name, index in found:
+            before = contents[name]
+            contents[name] = (*before[:index], None, *before[index + 1 :])
+        rest = (self.places, self.past, self.last, self.readings, self.levels)
+        return State(contents, *rest, self.held - found, self.refused)
 
     def once_stopped(self) -> "State":
         """Return the state with the stopping slots taken as idle."""

@@ -3,7 +3,7 @@
 import pytest
 
 from exover.model.event import Ask
-from exover.model.model import Rule
+from exover.model.model import Model, Request, Rule
 from exover.model.semantics import Reference
 from exover.model.state import State
 from tests.support.engines import model_of
@@ -49,3 +49,47 @@ def test_rules_about_what_is_idle_are_left_out() -> None:
     assert [rule.name for rule in reference.rules(state)] == ["limit.1", "either", "odd"]
     state, _ = reference.step(reference.start(), Ask("m.a", ()))
     assert [rule.name for rule in reference.rules(state)] == ["p", "out"], "of the mutex both must be active"
+
+
+class AskingAll(Reference):
+    """An interpreter that asks a newcomer about every rule in question."""
+
+    def possible(self, state: State, request: Request) -> list[Rule]:
+        return list(self.questions[request.name])
+
+
+class AskingAllStream(Stream):
+    """An environment that is answered by it."""
+
+    def __init__(self, model: Model, seed: int) -> None:
+        super().__init__(model, seed)
+        self.reference = AskingAll(model)
+
+
+@pytest.mark.parametrize("seed", VARIED)
+def test_no_rule_that_objects_to_a_newcomer_is_left_out(seed: int) -> None:
+    model = model_of(spec_of(seed))
+    found = [list(stream.answered(100)) for stream in (Stream(model, seed), AskingAllStream(model, seed))]
+    assert found[0] == found[1]
+
+
+def test_a_newcomer_is_asked_about_what_is_active_or_clearing() -> None:
+    spec = """spec s;
+    module m {
+        request a() { settle until d; }
+        request b();
+        request c() instances 2;
+    }
+    poster d: bool = false;
+    mutex m.a, m.b;
+    mutex m.b over m.c;
+    forbid out: active(m.b) and d by kill m.b;
+    """
+    reference = Reference(model_of(spec))
+    request, start = reference.model.request["m.b"], reference.start()
+    assert [rule.name for rule in reference.possible(start, request)] == ["out"]
+    state, _ = reference.step(start, Ask("m.c", ()))
+    assert [rule.name for rule in reference.possible(state, request)] == ["mutex.2", "out"]
+    state, _ = reference.step(start, Ask("m.a", ()))
+    assert state.places["m.a"], "it is clearing, and counts as active where a rule may kill the newcomer"
+    assert [rule.name for rule in reference.possible(state, request)] == ["mutex.1", "out"]
