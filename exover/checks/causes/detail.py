@@ -37,7 +37,7 @@ from exover.loop.claim import CONTRADICTION, CONTRADICTORY
 from exover.model.expression import Cond
 from exover.model.model import Consumption, Location, Model, Parameter, Share
 from exover.model.property import Atom, Formula, Properties
-from exover.model.ranges import FixedComparison, decided
+from exover.model.ranges import FixedComparison, Ranges
 from exover.model.reads import reads
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -86,8 +86,9 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
     """Yield, in words, the comparisons in properties and assumptions that have one value whatever happens."""
     stated = [(f"property `{each.name}`", each.formula, each.location) for each in properties.properties]
     stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
+    ranges = Ranges(model)
     for what, formula, where in stated:
-        for each in _decided(model, formula):
+        for each in _decided(ranges, formula):
             yield f"{where}: in {what}, {each}"
 
 
@@ -98,8 +99,9 @@ def unchanging(model: Model, findings: Sequence[Finding]) -> Iterator[str]:
     """
     told = "; ".join(finding.message for finding in findings)
     first: dict[FixedComparison, str] = {}
+    ranges = Ranges(model)
     for where, what, condition, params in sorted(_written(model), key=lambda written: astuple(written[0])):
-        for each in decided(model, condition, params):
+        for each in ranges.decided(condition, params):
             first.setdefault(each, f"{where}: in {what}, {each}")
     yield from (text for each, text in first.items() if str(each) not in told)
 
@@ -123,11 +125,11 @@ def _written(model: Model) -> Iterator[tuple[Location, str, Cond, tuple[Paramete
 
 def _never_true(model: Model, formula: Formula) -> list[str]:
     """Return, in words, the comparisons of a formula that are always false because of ranges."""
-    return [str(each) for each in _decided(model, formula) if not each.truth]
+    return [str(each) for each in _decided(Ranges(model), formula) if not each.truth]
 
 
-def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
-    yield from dict.fromkeys(each for condition in conditions(formula) for each in decided(model, condition))
+def _decided(ranges: Ranges, formula: Formula) -> Iterator[FixedComparison]:
+    yield from dict.fromkeys(each for condition in conditions(formula) for each in ranges.decided(condition))
 
 
 # ---- by check ----
@@ -191,7 +193,7 @@ def _without_run(broken: BrokenFinding, formula: Formula, parts: Sequence[Formul
     """Return what the model tells of a formula without a run: comparisons that are fixed, requests never launched, and
     rules that forbid what it wants, `parts` of it at the same time.
     """
-    known, fixed = facts(parts), map(str, _decided(broken.model, formula))
+    known, fixed = facts(parts), map(str, _decided(Ranges(broken.model), formula))
     named = (name for names in requests_named(formula) for name in names)
     never = never_launched(broken, [*named, *unset(broken.model, known, broken.unlaunched)])
     return [*fixed, *never, *_excluded(broken.model, known)]

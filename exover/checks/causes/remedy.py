@@ -7,7 +7,7 @@ from itertools import combinations
 from exover.model.expression import And, Compare, Cond, Count, Or, Status
 from exover.model.kleene import truth
 from exover.model.model import Kill, Model, Rule
-from exover.model.ranges import decided
+from exover.model.ranges import Ranges
 from exover.model.reads import active_reads, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -75,19 +75,19 @@ def _least(model: Model, rules: Sequence[Rule], requests: Sequence[str], known: 
 def _ends(model: Model, rules: Sequence[Rule], idle: Collection[str]) -> bool:
     """Return whether the conditions of rules are false whatever else holds, given that these requests are idle."""
     sharing = tuple(replace(each, shares=()) if each.name in idle else each for each in model.requests)
-    left = replace(model, requests=sharing)
+    left = Ranges(replace(model, requests=sharing))
     return all(truth(rule.condition, lambda part: _known(left, part, idle)) is False for rule in rules)
 
 
-def _known(model: Model, condition: Cond, idle: Collection[str]) -> bool | None:
+def _known(ranges: Ranges, condition: Cond, idle: Collection[str]) -> bool | None:
     match condition:
         case Status("active" | "running" | "stopping", request) if request in idle:
             return False
         case Compare(operator, Count(requests), right):
             counted = Count(tuple(each for each in requests if each not in idle))
-            return next((each.truth for each in decided(model, Compare(operator, counted, right))), None)
+            return next((each.truth for each in ranges.decided(Compare(operator, counted, right))), None)
         case Compare():
-            return next((each.truth for each in decided(model, condition)), None)
+            return next((each.truth for each in ranges.decided(condition)), None)
         case _:
             return None
 

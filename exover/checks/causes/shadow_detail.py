@@ -14,7 +14,7 @@ from exover.model.expression import Cond, Past, Status
 from exover.model.kleene import truth
 from exover.model.model import Model, Parameter, marks_of
 from exover.model.property import Label
-from exover.model.ranges import decided
+from exover.model.ranges import Ranges
 from exover.model.reads import reads
 
 
@@ -31,7 +31,8 @@ def _unnamed(broken: BrokenFinding) -> str:
     if stands == "silent":
         where = [f"where an answer would name it, {decide_text(shadowing.rules)}"] if shadowing.rules else []
         return "; ".join([SILENT, *where, _taken_out(broken)])
-    found = [each for condition, params in _conditions_of(model, name) for each in decided(model, condition, params)]
+    ranges = Ranges(model)
+    found = [each for condition, params in _conditions_of(model, name) for each in ranges.decided(condition, params)]
     never, one, advice = (NEVER, "it", ADVICE) if stands == "idle" else (UNNAMED, "one", CAREFUL)
     if shadowing.forbids is not None and not found:
         return f"{never}, since {forbid_text(shadowing.forbids)} the steps in which {one} would"
@@ -113,7 +114,8 @@ def of_reachability(broken: BrokenFinding) -> str:
     """Return the message of the finding, with what keeps the request from any launch."""
     shadowing = broken.near.before_launch(broken.finding.subject) if broken.near else Shadowing()
     request = broken.model.request[broken.finding.subject]
-    found = [each for guard in request.guards for each in decided(broken.model, guard.condition, request.params)]
+    ranges = Ranges(broken.model)
+    found = [each for guard in request.guards for each in ranges.decided(guard.condition, request.params)]
     parts = [broken.finding.message, *(str(each) for each in dict.fromkeys(found) if not each.truth)]
     parts += beyond_capacity(broken.model, request)
     if shadowing.rules:
