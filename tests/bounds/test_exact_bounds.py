@@ -3,7 +3,10 @@
 from collections.abc import Iterator
 from statistics import median
 
-from exover.bounds.events import Bound, EventBounds
+import pytest
+
+from exover.bounds.events import Bound, EventBounds, bounds
+from exover.engines.aig import costs as graph_costs
 from exover.engines.aig.costs import tightened
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -74,3 +77,16 @@ def test_bounds_are_kept_and_not_far_from_what_is_taken() -> None:
     assert len(found) > len(SEEDS) // 2
     for column, most in zip(zip(*found, strict=True), LOOSE.values(), strict=True):
         assert median(column) <= most, sorted(column)
+
+
+def test_no_graph_is_made_of_tables_that_are_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = build(model_of(small_spec_of(3)))
+    by_steps, by_paths = tightened(found.compiled), bounds(found.tables)
+    assert by_steps != by_paths
+    for limit, size in ("MOST_ENTRIES", len(found.tables.entries)), ("MOST_NODES", len(found.tables.nodes)):
+        with monkeypatch.context() as smaller:
+            smaller.setattr(graph_costs, "MOST_ENTRIES", len(found.tables.entries))
+            smaller.setattr(graph_costs, "MOST_NODES", len(found.tables.nodes))
+            assert tightened(found.compiled) == by_steps
+            smaller.setattr(graph_costs, limit, size - 1)
+            assert tightened(found.compiled) == by_paths

@@ -23,8 +23,8 @@ from exover.ocrd.tables import Tables
 
 MOST_PASSES = 6
 """Passes after which a step is not looked at any further."""
-LARGEST = 600
-"""The number of entries in the tables above which a graph would be too large."""
+MOST_ENTRIES, MOST_NODES = 600, 6_000
+"""The numbers of entries and nodes in the tables above which a graph would be too large."""
 BUDGET = 5_000_000
 """Propagations of the solver for all bounds of a spec: some half a second."""
 
@@ -36,8 +36,9 @@ NEVER = Bound(0, 1, 0)
 
 def tightened(compiled: Compiled, budget: int = BUDGET) -> EventBounds:
     """Return the bounds of every event: those of the tables, less where no state lets an event cost so much."""
-    known = bounds(compiled.tables)
-    if not _settles(compiled.tables) or len(compiled.tables.entries) > LARGEST:
+    tables = compiled.tables
+    known = bounds(tables)
+    if not _settles(tables) or len(tables.entries) > MOST_ENTRIES or len(tables.nodes) > MOST_NODES:
         return known
     for passes in range(1, MOST_PASSES):
         found = _Maxima(CountingEncoding(compiled, NO_PROPERTIES, passes, CostObserver()), budget, known)
