@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
-from multiprocessing import get_all_start_methods, get_context
+from multiprocessing import active_children, get_all_start_methods, get_context
 
 from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.native import compile_library
@@ -45,6 +45,7 @@ def _pooled(
 ) -> list[int]:
     """Audit the wanted missions in a pool into `found`; return the numbers of those left since a process died."""
     context = get_context("fork" if "fork" in get_all_start_methods() else "spawn")
+    others = set(active_children())
     with ProcessPoolExecutor(jobs, context, _begin, (job,)) as pool:
         futures: dict[Future[MissionResult], int] = {}
         try:
@@ -57,7 +58,8 @@ def _pooled(
         except BrokenProcessPool:
             pass
         except BaseException:
-            pool.shutdown(cancel_futures=True)
+            for process in set(active_children()) - others:
+                process.kill()  # it would go on to the end of its mission, and a second signal would leave it behind
             raise
     for future, number in futures.items():
         if number not in found and future.done() and not future.cancelled() and future.exception() is None:

@@ -3,8 +3,10 @@
 import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from multiprocessing import active_children
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +77,25 @@ def _dying(monkeypatch: pytest.MonkeyPatch, name: str, once: Path | None) -> Non
         return audit(self, path, called, number)
 
     monkeypatch.setattr(MissionAuditor, "audit", dies)
+
+
+def test_what_ends_the_command_ends_its_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    audit, ended = MissionAuditor.audit, tmp_path / "ended"
+
+    def takes_long(self: MissionAuditor, path: str, called: str, number: int = 0) -> MissionResult:
+        if called == "m1.jsonl":
+            time.sleep(3)
+            ended.touch()
+        return audit(self, path, called, number)
+
+    def end(_: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(MissionAuditor, "audit", takes_long)
+    with pytest.raises(KeyboardInterrupt):
+        audit_all(JOB, missions(tmp_path, 2), 2, end)
+    assert not ended.exists()
+    assert not active_children()
 
 
 # ---- a cluster ----
