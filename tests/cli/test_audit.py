@@ -110,9 +110,10 @@ def test_json_and_sarif(run: Run) -> None:
 def test_any_number_of_jobs_prints_the_same_bytes(run: Run) -> None:
     pytest.importorskip("pyarrow")
     for seed in range(4):
-        (run.folder / "logs").mkdir(exist_ok=True)
+        (run.folder / "logs" / ".hidden").mkdir(parents=True, exist_ok=True)
         (run.folder / "logs" / f"{seed}.log").write_bytes(b"\n".join(told(LOOSE, seed, 60)))
     (run.folder / "logs" / "notes.txt").write_text("no mission", encoding="utf-8")
+    (run.folder / "logs" / ".hidden" / "9.log").write_text("not looked at", encoding="utf-8")
     words = ("audit", "crane.exo", "logs", "--engine", "tables", "--format", "json")
     said = [run(*words, "--jobs", jobs, "--out", f"{jobs}.parquet") for jobs in (1, 3)]
     assert said[0].stdout == said[1].stdout and said[0].returncode == 2  # clients have asked for what is not there
