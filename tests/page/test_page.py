@@ -156,6 +156,27 @@ def test_a_run_steps_by_buttons_slider_and_keys(page: Page, rover: Path) -> None
         assert page.locator("#part-simulator .history li").count() == steps + 1
 
 
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ('{"launch": "nd.stop", "instance": 0, "args": {}}', False),
+        ('{"reject": "nd.stop", "rule": "invalid"}', True),
+        ('{"invalid": "bad-event", "detail": "in other words"}', False),
+    ],
+)
+def test_an_answer_that_the_page_does_not_give_is_told(page: Page, rover: Path, action: str, told: bool) -> None:
+    with shown(page, rover):
+        seen = page.evaluate(
+            """action => {
+                const answers = [`{"step": 1, "actions": [${action}]}`];
+                const nodes = runView(page, { finding: 0, events: ['{"ask": "nd.stop"}'], answers });
+                return nodes.some((node) => node?.className === "message");
+            }""",
+            action,
+        )
+        assert seen == told
+
+
 def test_a_poster_may_have_the_name_of_a_request(page: Page, tmp_path: Path) -> None:
     spec = tmp_path / "s.exo"
     spec.write_text("spec s; module m { request go(); poster go: bool = false; }")

@@ -30,7 +30,7 @@ function runView(page, { finding, events, answers, loop_start: loopStart }) {
   const { message, word, check, subject } = page.report.findings[finding];
   const run = new Run(page.tables, page.names);
   for (const line of events) run.step(line);
-  const wrong = answers.findIndex((answer, k) => answer !== run.moments[k + 1].answer && !answer.includes('"invalid"'));
+  const wrong = answers.findIndex((answer, k) => answer !== run.moments[k + 1].answer && !answer.includes('{"invalid": '));
   const open = () => {
     page.simulator.restart([...events]);
     page.simulator.play(Infinity);
