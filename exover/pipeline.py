@@ -7,6 +7,7 @@ simulation on the reference interpreter pays for no diagram.
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, assert_never
 
@@ -59,7 +60,7 @@ class LoadedProperties:
     diagnostics: tuple[Diagnostic, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Build:
     """The tables of a model: their bytes, and the compiled tables, which are decoded from these bytes."""
 
@@ -71,6 +72,13 @@ class Build:
     def tables(self) -> "Tables":
         """The tables decoded from the bytes."""
         return self.compiled.tables
+
+    @cached_property
+    def event_bounds(self) -> "EventBounds":
+        """Bounds on the costs of each event, with the method by which they were found; several targets write them."""
+        from exover.engines.aig.costs import tightened
+
+        return tightened(self.compiled)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,18 +216,14 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
     return ""
 
 
-def event_bounds(built: Build, limits: "Limits | None" = None) -> "EventBounds":
-    """Return bounds on the costs of each event, with the method by which they were found.
-
-    They are those of the tables alone if the time is over before.
-    """
+def bounds_in_time(built: Build, limits: "Limits | None" = None) -> "EventBounds":
+    """Return bounds on the costs of each event, those of the tables alone if the time is over before."""
     from exover.bounds.events import bounds
-    from exover.engines.aig.costs import tightened
     from exover.limits import NO_LIMITS, TimeUp, interrupted
 
     try:
         with interrupted(limits or NO_LIMITS):
-            return tightened(built.compiled)
+            return built.event_bounds
     except TimeUp:
         return bounds(built.tables)
 
@@ -290,11 +294,11 @@ def emit(
         case "c":
             from exover.emit import c
 
-            return c.emit(model, tables, model.name, beside, event_bounds(built))
+            return c.emit(model, tables, model.name, beside, built.event_bounds)
         case "rust":
             from exover.emit import rust
 
-            return rust.emit(model, tables, model.name, event_bounds(built))
+            return rust.emit(model, tables, model.name, built.event_bounds)
         case "bin":
             from exover.emit import binary
 
@@ -302,7 +306,7 @@ def emit(
         case "json":
             from exover.emit import json
 
-            return json.emit(model, tables, event_bounds(built))
+            return json.emit(model, tables, built.event_bounds)
         case "dot":
             from exover.emit import dot
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, assert_never
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, event_bounds
+from exover.pipeline import Build, bounds_in_time
 from exover.source import Source
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def _bound_figures(built: Build, limits: "Limits | None") -> "BoundFigures":
 
     index = ModelIndex(built.model)
     requests = index.requests
-    found = event_bounds(built, limits)
+    found = bounds_in_time(built, limits)
     named = [
         *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
         *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),

@@ -10,7 +10,8 @@ from exover.engines.aig import costs as graph_costs
 from exover.engines.aig.costs import tightened
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.pipeline import Build, build
+from exover.ocrd.compile import Compiled
+from exover.pipeline import Build, EmitTarget, build, emit
 from tests.bounds.counting import Counting, bound_of, copied
 from tests.runtime.compiling import model_of
 from tests.support.constructs import seldom
@@ -90,3 +91,17 @@ def test_no_graph_is_made_of_tables_that_are_too_large(monkeypatch: pytest.Monke
             assert tightened(found.compiled) == by_steps
             smaller.setattr(graph_costs, limit, size - 1)
             assert tightened(found.compiled) == by_paths
+
+
+def test_targets_that_write_bounds_share_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = build(model_of("spec s; module m { request a(); request b(); } mutex m.a, m.b by wait;"))
+    asked: list[Compiled] = []
+
+    def counted(compiled: Compiled) -> EventBounds:
+        asked.append(compiled)
+        return tightened(compiled)
+
+    monkeypatch.setattr(graph_costs, "tightened", counted)
+    targets: tuple[EmitTarget, ...] = ("c", "rust", "json")
+    assert all(emit(found, target) for target in targets)
+    assert asked == [found.compiled]
