@@ -1,7 +1,6 @@
 """The questions about a loop as numbered tasks: one for each engine and question, and the figures of the loop."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import field, replace
 from math import inf
 from time import perf_counter
@@ -168,7 +167,7 @@ class TaskRunner:
         except (TooLarge, SpuriousRun) as reason:
             return self._timed(check, question.unknown(str(reason)), started)
 
-    def _limited(self) -> AbstractContextManager[Effort]:
+    def _limited(self) -> Effort:
         """Return a context for the work of diagrams at one question."""
         return limited(inf if self.limited else (STEPS - self._steps) / PART)
 

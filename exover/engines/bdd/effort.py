@@ -1,12 +1,10 @@
 """The work of decision diagrams, limited by what their managers count, so that it ends alike on every machine."""
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, Token
 from dataclasses import field
 from math import inf
-from typing import Any
+from typing import Any, Self
 
 from exover.dataclass import dataclass
 
@@ -34,15 +32,32 @@ class OutOfSteps(Exception):
 
 @dataclass
 class Effort:
-    """The steps that managers have taken in a body of `limited`, and the most that they may take there.
+    """The steps that managers have taken in the body of a `with` statement, and the most that they may take there.
 
-    A step is a look-up in the computed table of CUDD, of which each call of a recursive operation makes one.
+    A step is a look-up in the computed table of CUDD, of which each call of a recursive operation makes one. It is no
+    generator of `contextlib`: from Python 3.13 on what one raises anew is in a circle with the frames of the body,
+    and so are the sets of a manager, which can only be freed before the manager is.
     """
 
     most: float
     taken: float = 0
     managers: list[tuple[Any, int]] = field(default_factory=list)
     """The managers whose memory is limited, each with what it might take before."""
+    _around: "list[Token[Effort | None]]" = field(default_factory=list)
+
+    def __enter__(self) -> Self:
+        """Count the steps of all managers here from now on."""
+        self._around.append(_CURRENT.set(self))
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
+        """Give managers the memory back that they might take before; raises `OutOfSteps` if one came to its limit."""
+        _CURRENT.reset(self._around.pop())
+        for manager, memory in self.managers:
+            manager.configure(max_memory=memory)
+        if self.managers and isinstance(error, ValueError | RuntimeError) and _says_no_node(error):
+            self.taken = max(self.taken, self.most)
+            raise OutOfSteps(NODE_LIMIT) from None
 
     def restrict(self, manager: Any) -> None:
         """Limit the memory of one of CUDD's managers until the body ends."""
@@ -55,30 +70,15 @@ class Effort:
         if self.taken > self.most:
             raise OutOfSteps(STEP_LIMIT)
 
-    def end(self) -> None:
-        """Give managers the memory back that they might take before."""
-        for manager, memory in self.managers:
-            manager.configure(max_memory=memory)
-
 
 _CURRENT: ContextVar[Effort | None] = ContextVar("effort", default=None)
 
 
-@contextmanager
-def limited(most: float) -> Iterator[Effort]:
-    """Raise `OutOfSteps` in the body once all managers together have taken so many steps in it, or one its memory."""
-    effort = Effort(most)
-    before = _CURRENT.set(effort)
-    try:
-        yield effort
-    except (ValueError, RuntimeError) as error:
-        if not effort.managers or not _says_no_node(error):
-            raise
-        effort.taken = max(effort.taken, most)
-        raise OutOfSteps(NODE_LIMIT) from None
-    finally:
-        _CURRENT.reset(before)
-        effort.end()
+def limited(most: float) -> Effort:
+    """Return what raises `OutOfSteps` in the body of a `with` statement once all managers together have taken so many
+    steps in it, or one its memory.
+    """
+    return Effort(most)
 
 
 def current() -> Effort | None:

@@ -1,6 +1,8 @@
 """The work of diagrams ends after so many steps, or nodes, with the same manager as before."""
 
+from contextlib import suppress
 from math import inf
+from weakref import ref
 
 import pytest
 
@@ -63,6 +65,25 @@ def test_one_operation_is_limited_by_the_memory_of_the_manager(monkeypatch: pyte
     assert spent.taken == 1e12
     assert bdd.manager.configure()["max_memory"] > 1 << 40  # type: ignore[attr-defined]
     assert len(unequal(bdd, 11)) > 1 << 11
+
+
+@needs_cudd
+def test_sets_are_freed_as_soon_as_a_limit_has_ended_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Were they in a circle of references, their manager could be the first to be freed, which it refuses."""
+    monkeypatch.setattr(effort, "OFTEN", 0)
+    monkeypatch.setattr(effort, "MEMORY", 32 << 20)
+
+    class Held:
+        """What stands in the frame of the body, as its sets do."""
+
+    def worked() -> "ref[Held]":
+        held, bdd = Held(), new_manager()
+        bdd.declare(*BITS)
+        with suppress(OutOfSteps), limited(1e12):
+            unequal(bdd, PAIRS)
+        return ref(held)
+
+    assert worked()() is None
 
 
 @needs_cudd
