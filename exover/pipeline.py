@@ -216,18 +216,6 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
     return ""
 
 
-def bounds_in_time(built: Build, limits: "Limits | None" = None) -> "EventBounds":
-    """Return bounds on the costs of each event, those of the tables alone if the time is over before."""
-    from exover.bounds.events import bounds
-    from exover.limits import NO_LIMITS, TimeUp, interrupted
-
-    try:
-        with interrupted(limits or NO_LIMITS):
-            return built.event_bounds
-    except TimeUp:
-        return bounds(built.tables)
-
-
 def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
     """Return the certificate of the findings of the checks on the tables (docs/certificates.md)."""
     from exover import __version__

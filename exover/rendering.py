@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, assert_never
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, bounds_in_time
+from exover.pipeline import Build
 from exover.source import Source
 
 if TYPE_CHECKING:
@@ -64,12 +64,19 @@ def table_figures(built: Build, bounded: bool, limits: "Limits | None") -> "Tabl
 
 
 def _bound_figures(built: Build, limits: "Limits | None") -> "BoundFigures":
+    """Return bounds on the costs of events, those of the tables alone if the time is over before."""
+    from exover.bounds.events import bounds
     from exover.bounds.sizes import STACK_TARGET, stack_bytes
+    from exover.limits import NO_LIMITS, TimeUp, interrupted
     from exover.report.summary import BoundFigures, EventFigures
 
     index = ModelIndex(built.model)
     requests = index.requests
-    found = bounds_in_time(built, limits)
+    try:
+        with interrupted(limits or NO_LIMITS):
+            found = built.event_bounds
+    except TimeUp:
+        found = bounds(built.tables)
     named = [
         *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
         *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),

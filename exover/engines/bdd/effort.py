@@ -1,7 +1,7 @@
 """The work of decision diagrams, limited by what their managers count, so that it ends alike on every machine."""
 
 import warnings
-from contextvars import ContextVar, Token
+from contextvars import ContextVar
 from dataclasses import field
 from math import inf
 from typing import Any, Self
@@ -43,16 +43,17 @@ class Effort:
     taken: float = 0
     managers: list[tuple[Any, int]] = field(default_factory=list)
     """The managers whose memory is limited, each with what it might take before."""
-    _around: "list[Token[Effort | None]]" = field(default_factory=list)
+    _around: "Effort | None" = None
 
     def __enter__(self) -> Self:
         """Count the steps of all managers here from now on."""
-        self._around.append(_CURRENT.set(self))
+        self._around = current()
+        _CURRENT.set(self)
         return self
 
     def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         """Give managers the memory back that they might take before; raises `OutOfSteps` if one came to its limit."""
-        _CURRENT.reset(self._around.pop())
+        _CURRENT.set(self._around)
         for manager, memory in self.managers:
             manager.configure(max_memory=memory)
         if self.managers and isinstance(error, ValueError | RuntimeError) and _says_no_node(error):
