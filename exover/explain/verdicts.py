@@ -32,7 +32,7 @@ class RuleVerdicts:
 
         Empty if the request is busy, so that nothing is decided.
         """
-        newcomer = self.reference.newcomer(decided.state, decided.request, decided.args)
+        newcomer = self.reference.newcomer(decided.state, decided.request, decided.args, every=True)
         if newcomer is None:
             return ()
         found = [(guard.place, self._of_guard(guard, decided, newcomer)) for guard in decided.request.guards]

@@ -1,6 +1,6 @@
 """What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Literal, assert_never
 
@@ -95,7 +95,7 @@ class Decisions:
 
     def decide(self, state: State, request: Request, args: Args) -> Decision:
         """Return what is done with the newcomer `request(args)` in this state."""
-        newcomer = self.newcomer(state, request, args, self.possible(state, request))
+        newcomer = self.newcomer(state, request, args)
         if newcomer is None:
             return Decision("reject", BUSY)
         cleared, demands = newcomer.cleared, self._demands(newcomer, request, args)
@@ -109,17 +109,15 @@ class Decisions:
         """Return all that keeps the newcomer from a launch in this state: a verdict and its reason each, the decisive
         one first; nothing iff it is launched, and only that it is busy if it is.
         """
-        newcomer = self.newcomer(state, request, args, self.possible(state, request))
+        newcomer = self.newcomer(state, request, args)
         if newcomer is None:
             return (("reject", BUSY),)
         return tuple(_objections(newcomer.cleared, self._demands(newcomer, request, args)))
 
-    def newcomer(
-        self, state: State, request: Request, args: Args, rules: Iterable[Rule] | None = None
-    ) -> NewcomerStates | None:
+    def newcomer(self, state: State, request: Request, args: Args, every: bool = False) -> NewcomerStates | None:
         """Return the newcomer `request(args)` as it would be launched in this state; None iff the request is busy.
 
-        `rules` replace the rules in question.
+        It is asked about the rules that are `possible`, or about `every` rule in question.
         """
         idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
         if not idle and not request.interrupts_self:
@@ -127,7 +125,7 @@ class Decisions:
         index = idle[0] if idle else request.instances
         launched = self.launching(state, request, args, index)
         slot = (request.name, index)
-        asked = self.questions[request.name] if rules is None else rules
+        asked = self.questions[request.name] if every else self.possible(state, request)
         questions = tuple(i for rule in asked for i in self.instances(launched, rule))
         return NewcomerStates(state, launched, slot, questions, self.clear(launched, slot, questions))
 
