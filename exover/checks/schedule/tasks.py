@@ -62,16 +62,19 @@ class TaskRunner:
         return Agenda(lots, seconds, {task: task + count for task in range(count * stages)})
 
     def _lots(self, engine: EngineName, first: int) -> Iterator[Lot]:
-        """Yield the tasks of an engine, numbered from `first`: one lot if asked at once, else one for each check."""
-        if at_once(engine, self.engines, self.limited):
-            yield Lot(range(first, first + len(self.questions)), together=True, in_order=engine == "bdd")
-            return
-        checks: dict[str, list[int]] = {}
+        """Yield the tasks of an engine, numbered from `first`: one lot if asked at once, else one for each check.
+
+        `tables`, which diagrams alone answer, are a lot apart: they do not wait until other engines have had their turn
+        at all else.
+        """
+        together, in_order = at_once(engine, self.engines, self.limited), engine == "bdd"
+        lots: dict[str | bool, list[int]] = {}
         for number, (_, question) in enumerate(self.questions):
-            checks.setdefault(question.check, []).append(number)
-        for numbers in checks.values():
-            rank = SEVERITIES.index(self.questions[numbers[0]][1].severity)
-            yield Lot([first + number for number in numbers], rank)
+            of_tables = in_order and question.check == "tables"
+            lots.setdefault(of_tables if together else question.check, []).append(number)
+        for numbers in lots.values():
+            rank = 0 if together else SEVERITIES.index(self.questions[numbers[0]][1].severity)
+            yield Lot([first + number for number in numbers], rank, together, together and in_order)
 
     def task(self, turn: Turn, say: Say[TaskAnswer], progress: Progress) -> None:
         """Do the tasks of a turn, and pass each answer to `say`."""

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from math import inf
 
 import pytest
 
@@ -16,10 +17,12 @@ from exover.checks.questions.property import VACUOUS
 from exover.checks.questions.question import Check, Context, Question, requests
 from exover.checks.run import CheckOutcome, check_all
 from exover.checks.schedule import agenda, plan, tasks
+from exover.checks.schedule.agenda import Turn
 from exover.checks.schedule.engines import DIAGRAMS, SMALL, Engines, suited
 from exover.checks.schedule.engines import LARGE as BITS
 from exover.checks.schedule.examination import Examination
 from exover.checks.schedule.plan import CheckPlan
+from exover.checks.schedule.tasks import TaskRunner
 from exover.cli.files import read_spec
 from exover.engines.bdd import effort
 from exover.engines.bdd.analysis import Analysis
@@ -177,6 +180,27 @@ def test_what_diagrams_answer_nobody_else_is_asked(monkeypatch: pytest.MonkeyPat
     wanted = ask(monkeypatch, SPEC, DIAGRAMS, say)
     for limits in (NO_LIMITS, Limits(2), limits_from(time.monotonic(), 2, 600.0)):
         assert ask(monkeypatch, SPEC, PORTFOLIO, say, limits) == wanted
+
+
+def test_diagrams_compare_the_tables_while_others_have_still_to_answer_the_rest() -> None:
+    compiled = built(SPEC).compiled
+    engines = Engines(("aig", "bdd"))
+    asked = tuple(CheckPlan(("tables", "safety", "starvation"), engines=engines).questions(compiled.model))
+    agenda = TaskRunner(Examination(compiled, NO_PROPERTIES), asked, engines).agenda(None)
+    of_tables = [number for number, (check, _) in enumerate(asked) if check.name == "tables"]
+    first = agenda.next(inf)
+    assert first is not None and first.numbers == tuple(range(len(asked)))
+    assert agenda.next(inf) == Turn((2 * len(asked),))  # the bits of a state
+    assert agenda.next(inf) is None
+    for number in of_tables:
+        agenda.answered(number, in_vain=True)
+    second = agenda.next(inf)
+    assert second == Turn(tuple(len(asked) + number for number in of_tables), together=True, in_order=True)
+    for number in set(range(len(asked))).difference(of_tables):
+        assert agenda.next(inf) is None  # what is left is asked in one turn
+        agenda.answered(number, in_vain=True)
+    third = agenda.next(inf)
+    assert third is not None and len(third.numbers) + len(of_tables) == len(asked)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
