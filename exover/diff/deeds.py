@@ -35,11 +35,15 @@ class Deeds:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """A step: the state after it, its deeds by the name of the request in this version, whether it has a violation."""
+    """A step: the state after it, its deeds by the name of the request in this version, whether it raises a violation.
+
+    `broken`: whether a rule is broken after it, which raises nothing if no event came.
+    """
 
     after: State
     deeds: dict[str, Deeds]
     violation: bool
+    broken: bool
 
 
 @dataclass(frozen=True)
@@ -78,11 +82,11 @@ class Noting(Reference):
 def done(reference: Reference, before: State, event: Event | None) -> Done:
     """Return the step by an event; None: no event, so that nothing is done."""
     if event is None:
-        return Done(before, dict(_deeds(reference, before, (), ())), False)
+        return Done(before, dict(_deeds(reference, before, (), ())), False, bool(reference.violations(before)))
     noting = Noting(reference.model)
     after, actions = noting.step(before.unrefused(), event)
     violation = any(isinstance(action, Violated) for action in actions)
-    return Done(after, dict(_deeds(reference, after, actions, noting.rejected)), violation)
+    return Done(after, dict(_deeds(reference, after, actions, noting.rejected)), violation, violation)
 
 
 def _deeds(
@@ -119,7 +123,7 @@ def changes_of(versions: Versions, old: Done, new: Done) -> Iterator[AnswerChang
         if not any(gained):
             missed = (deed for deed, found in zip(DEED_KINDS, lost, strict=True) if found)
             yield from (AnswerChange(request.name, deed, gone=True) for deed in missed)
-    if old.violation != new.violation:
+    if (old.violation and not new.broken) or (new.violation and not old.broken):
         yield AnswerChange(None, "violation", gone=old.violation)
 
 

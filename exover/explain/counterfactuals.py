@@ -86,7 +86,7 @@ class CounterfactualReference(Reference):
 
     def broken(self, state: State) -> set[Action]:
         """Return a violation for each rule that is broken in a state."""
-        return set(self._violations(state))
+        return set(self.violations(state))
 
 
 @dataclass

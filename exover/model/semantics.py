@@ -71,7 +71,7 @@ class Reference(Decisions):
             step = self._settle(self._launch_required(self._recover(step)))
             if step.state == before:
                 state = replace(step.state, refused=step.refused)
-                return state, step.actions + self._violations(state)
+                return state, step.actions + self.violations(state)
 
     def validate(self, state: State, event: Event) -> Invalid | None:
         """Return why a well-formed event cannot happen in this state, or None."""
@@ -251,7 +251,8 @@ class Reference(Decisions):
                 step = self._apply(step, request, place.args, decision, place.launch_rule)
         return step
 
-    def _violations(self, state: State) -> tuple[Action, ...]:
+    def violations(self, state: State) -> tuple[Action, ...]:
+        """Return a violation for each rule that is broken in a state, by name and in order."""
         stopped = state.once_stopped()
         broken = [
             i.reason for rule in self.rules(stopped) for i in self.instances(stopped, rule) if self.true(stopped, i)

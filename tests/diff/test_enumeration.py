@@ -5,10 +5,7 @@ from random import Random
 import pytest
 
 from exover.diff.compare import differences
-from exover.engines.aig.encoding.versions import ComparedLoops
-from exover.model.property import NO_PROPERTIES
-from exover.model.versions import Versions
-from tests.support.edits import FINITE, edited, enumerated
+from tests.support.edits import FINITE, edited, enumerated, loops_of
 from tests.support.engines import model_of
 from tests.support.generate import random_spec
 from tests.support.small import compiled
@@ -25,8 +22,7 @@ def test_changes_and_their_shortest_runs_are_those_of_all_runs(seed: int, edit: 
     old = model_of(random_spec(seed, FINITE))
     new = edited(old, Random(2 * seed + edit))
     wanted = enumerated(old, new, STATES)
-    loops = ComparedLoops(Versions(old, new), (compiled(old), compiled(new)), (NO_PROPERTIES, NO_PROPERTIES))
-    shown, undecided = differences(loops, "", print)
+    shown, undecided = differences(loops_of(compiled(old), compiled(new)), "", print)
     assert not undecided
     assert {each.change: len(each.steps) for each in shown} == wanted
     assert all(each.shortest for each in shown)

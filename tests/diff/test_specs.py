@@ -7,11 +7,9 @@ import pytest
 
 from benchmarks.changes import EDITS, edited
 from exover.diff.compare import differences
-from exover.engines.aig.encoding.versions import ComparedLoops
 from exover.model.event import Ask, Observe
-from exover.model.property import NO_PROPERTIES
-from exover.model.versions import Versions
 from exover.ocrd.compile import Compiled
+from tests.support.edits import loops_of
 from tests.support.engines import model_of
 from tests.support.small import compiled
 
@@ -35,11 +33,6 @@ CHANGED = {
 @cache
 def tables(spec: str) -> Compiled:
     return compiled(model_of((SPECS / f"{spec}.exo").read_text(encoding="utf-8")))
-
-
-def loops_of(old: Compiled, new: Compiled) -> ComparedLoops:
-    """Return two versions without properties."""
-    return ComparedLoops(Versions(old.model, new.model), (old, new), (NO_PROPERTIES, NO_PROPERTIES))
 
 
 @pytest.mark.parametrize(("spec", "change"), [(spec, change) for spec, changes in EDITS.items() for change in changes])

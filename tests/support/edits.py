@@ -7,13 +7,16 @@ from itertools import product
 from random import Random
 
 from exover.diff.deeds import changes_of, done
+from exover.engines.aig.encoding.versions import ComparedLoops
 from exover.model.difference import AnswerChange
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Model, Parameter, Reject, Request, Wait
+from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Type, Value
 from exover.model.versions import Versions
+from exover.ocrd.compile import Compiled
 from tests.support.scene import TINY
 
 FINITE = replace(TINY, requests=2, rules=4, instances=1, clauses=3, types=(Bool(), Enum(("left", "right"))))
@@ -22,6 +25,11 @@ FINITE = replace(TINY, requests=2, rules=4, instances=1, clauses=3, types=(Bool(
 
 class TooLarge(Exception):
     """There are more states than are looked at."""
+
+
+def loops_of(old: Compiled, new: Compiled) -> ComparedLoops:
+    """Return two versions without properties."""
+    return ComparedLoops(Versions(old.model, new.model), (old, new), (NO_PROPERTIES, NO_PROPERTIES))
 
 
 def edited(model: Model, random: Random) -> Model:

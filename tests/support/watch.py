@@ -80,8 +80,8 @@ class Watched(Reference):
                 self.changed.add(name)
         return after
 
-    def _violations(self, state: State) -> tuple[Action, ...]:
-        found = super()._violations(state)
+    def violations(self, state: State) -> tuple[Action, ...]:
+        found = super().violations(state)
         self.changed.update(action.rule for action in found if isinstance(action, Violated))
         return found
 

@@ -112,7 +112,7 @@ def test_no_run_from_any_other_state_breaks_a_rule(seed: int) -> None:
     conditions = {rule: later.of(rule) for rule in new.rules}
     for number, _ in enumerate(stream.lines(60)):
         start = reference._latch(stream.state, None)
-        if any(isinstance(each, Violated) for each in reference._violations(start)):
+        if any(isinstance(each, Violated) for each in reference.violations(start)):
             continue
         named = {rule.name for rule, cond in conditions.items() if cond is None or holds(new, stream.state, cond)}
         after = Stream(new, number)

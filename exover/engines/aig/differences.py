@@ -188,17 +188,18 @@ class Differences:
     # ---- violations ----
 
     def _violation(self, gone: bool) -> Literal:
-        """Return where one version breaks a rule that no remedy restores, and the other breaks none."""
-        mine, other = (self._broken[side] for side in ((OLD, NEW) if gone else (NEW, OLD)))
-        return self.pair.graph.conjunction(mine, other ^ 1)
+        """Return where a step of one version leaves a rule broken, and none is in the other after it."""
+        mine, other = (OLD, NEW) if gone else (NEW, OLD)
+        raised = (self.pair.sides[mine].steps, self._broken[mine])
+        return self.pair.graph.all((*raised, self._broken[other] ^ 1))
 
     @cached_property
     def _broken(self) -> tuple[Literal, Literal]:
-        old, new = (
-            self.pair.graph.conjunction(
-                side.steps,
-                side.moments.truth(Disjunction(tuple(Broken(rule, True) for rule in side.compiled.model.rules))),
-            )
-            for side in self.pair.sides
-        )
+        """Where a rule is broken after the step in each version, also if the event is none of it."""
+        old, new = map(self._broken_in, self.pair.sides)
         return old, new
+
+    def _broken_in(self, version: Version) -> Literal:
+        broken = Disjunction(tuple(Broken(rule, True) for rule in version.compiled.model.rules))
+        moments = version.moments
+        return self.pair.graph.choose(version.steps, moments.truth(broken), moments.now(broken))
