@@ -129,8 +129,9 @@ def changes_of(versions: Versions, old: Done, new: Done) -> Iterator[AnswerChang
 
 def _only(mine: Deeds, other: Deeds) -> tuple[bool, ...]:
     """Return for each of `DEED_KINDS`, in order, whether `mine` does something that `other` does not."""
+    superseding = other.put and not mine.put and other.standing in mine.rejected
     return (
-        bool(mine.rejected - other.rejected),
+        superseding or bool(mine.rejected - other.rejected),
         bool(mine.launched - other.launched),
         (mine.put and not other.put) or (mine.standing is not None and mine.standing != other.standing),
         bool(mine.killed - other.killed),

@@ -27,3 +27,10 @@ def test_a_violation_by_an_event_of_one_alone_is_told_where_none_stands_in_the_o
     worse = ALONE.replace("hot and", "extra and")
     assert changes(HOT, worse)[AnswerChange(None, "violation")] == 2
     assert changes(worse, HOT)[AnswerChange(None, "violation", gone=True)] == 2
+
+
+def test_a_newcomer_that_no_longer_supersedes_its_like_is_newly_rejected() -> None:
+    old = """spec s; module m { request b(); request r() { interrupts self; wait until not active(m.b); } }"""
+    new = old.replace("interrupts self; ", "")
+    assert changes(old, new) == {AnswerChange("m.r", "rejected"): 2}
+    assert changes(new, old)[AnswerChange("m.r", "waiting")] == 2

@@ -95,6 +95,11 @@ class Differences:
             graph.conjunction(where, graph.any(self._alike(each, args, values) for each, values in other.rejected) ^ 1)
             for where, args in mine.rejected
         ]
+        superseding = graph.conjunction(other.put, mine.put ^ 1)
+        rejected += [
+            graph.all((superseding, where, self._alike(other.taken, args, other.standing)))
+            for where, args in mine.rejected
+        ]
         launched = [self._newly(mine, other, slot) for slot in range(len(mine.launched))]
         there = [*other.killed, *[FALSE] * len(mine.killed)]
         killed = [graph.conjunction(where, no ^ 1) for where, no in zip(mine.killed, there, strict=False)]
