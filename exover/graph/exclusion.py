@@ -5,10 +5,10 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 from exover.dataclass import dataclass
-from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
+from exover.model.expression import And, Cond, Count, Or, Status, Used
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Request, Rule
-from exover.model.reads import all_needs
+from exover.model.reads import all_needs, excess
 from exover.ocrd.conflicts import pair
 
 
@@ -37,10 +37,10 @@ def members(rule: Rule, model: Model) -> tuple[Member, ...]:
 
 def _counted(cond: Cond, model: Model) -> tuple[Member, ...]:
     """Return the requests that a condition counts, or whose shares it adds up, if it is that these are too many."""
-    match cond:
-        case Compare(">", Count(requests), Const(int(most))):
+    match excess(cond):
+        case Count(requests), most:
             return tuple(Member(name, 1, 1, most) for name in requests)
-        case Compare(">", Used(resource), Const(int(most))):
+        case Used(resource), most:
             users = (_member(request, resource, most) for request in model.requests)
             return tuple(user for user in users if user.most)
         case _:

@@ -102,6 +102,19 @@ def active_reads(model: Model, rules: Iterable[Rule]) -> set[str]:
     return using | {each.name for each in read if each.kind == "active"}
 
 
+def excess(cond: Cond) -> tuple[Count | Used, int] | None:
+    """Return the count, or what is used of a resource, and the number above which it is iff the condition holds; None
+    if the condition is of another form.
+    """
+    match cond:
+        case Compare(">", (Count() | Used()) as counted, Const(int(most))):
+            return counted, most
+        case Compare(">=", (Count() | Used()) as counted, Const(int(least))):
+            return counted, least - 1
+        case _:
+            return None
+
+
 def needs(cond: Cond, model: Model) -> frozenset[str] | None:
     """Return requests of which at least one is active in each state where the condition holds; None if the form of the
     condition shows none.
@@ -116,9 +129,10 @@ def needs(cond: Cond, model: Model) -> frozenset[str] | None:
         case Or(parts):
             every = [needs(part, model) for part in parts]
             return frozenset().union(*(n for n in every if n is not None)) if None not in every else None
-        case Compare(">", Count(requests), Const(int(most))) if most >= 0:
+    match excess(cond):
+        case Count(requests), most if most >= 0:
             return frozenset(requests)
-        case Compare(">", Used(resource), Const(int(most))) if most >= 0:
+        case Used(resource), most if most >= 0:
             return frozenset(users(model, resource))
         case _:
             return None

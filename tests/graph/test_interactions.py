@@ -111,6 +111,9 @@ RULES = [
 ]
 
 
+RULES += [(text.replace("> 5", ">= 6"), expected) for text, expected in RULES if "> 5" in text]
+
+
 @pytest.mark.parametrize(("text", "expected"), RULES, ids=[text for text, _ in RULES])
 def test_each_kind_of_rule(text: str, expected: set[tuple[str, str, str, str, bool]]) -> None:
     assert edges(MODULE + text) == expected

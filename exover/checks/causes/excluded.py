@@ -11,7 +11,7 @@ from exover.model.expression import And, Compare, Cond, Const, Count, ModelTerm,
 from exover.model.kleene import truth
 from exover.model.model import Model, Rule, SetState
 from exover.model.property import Atom, Formula, Happened, Negation, Properties
-from exover.model.reads import Read, reads
+from exover.model.reads import Read, excess, reads
 from exover.model.shares import most_held
 from exover.model.state import State, resting
 from exover.model.types import Value
@@ -85,9 +85,10 @@ def _known(model: Model, known: Sequence[Cond], slots: Counter[str], condition: 
             return condition in known
         case Status("active", request, None):
             return True if slots[request] else None
-        case Compare(">", Count(requests), Const(int(most))):
+    match excess(condition):
+        case Count(requests), most:
             return True if sum(slots[each] for each in requests) > most else None
-        case Compare(">", Used(resource), Const(int(most))):
+        case Used(resource), most:
             return True if _held(model, slots, resource) > most else None
         case _:
             return None
@@ -104,10 +105,10 @@ def kept(model: Model, name: str) -> Iterator[str]:
     requests, if that keeps it.
     """
     for rule in model.rules_named(name):
-        match rule.condition:
-            case Compare(">", Used(resource), Const(int(most))):
+        match excess(rule.condition):
+            case Used(resource), most:
                 weights = {each.name: each.instances * most_held(model, each, resource) for each in model.requests}
-            case Compare(">", Count(requests), Const(int(most))):
+            case Count(requests), most:
                 weights = {each: model.request[each].instances for each in requests}
             case _:
                 continue
