@@ -5,6 +5,7 @@ Phases, values of enums, events and answers are of type `string`, which the stan
 (GTKWave's extension); blanks, which end such a value, are written as underscores. Time counts steps: #0 is the start.
 """
 
+import re
 from collections.abc import Iterator
 
 from exover.dataclass import dataclass
@@ -145,8 +146,8 @@ def _word(text: str) -> str:
 
 
 def _comment(text: str) -> str:
-    """Return a text for a comment, without `$end`."""
-    return " ".join(text.split()).replace("$end", "end")
+    """Return a text for a comment, which `$end` would end."""
+    return re.sub(r"\$+end", "end", " ".join(text.split()))
 
 
 def _code(index: int) -> str:

@@ -466,6 +466,13 @@ def test_many_signals_have_codes_of_their_own() -> None:
     assert values["s.p298"] == ["0", "0"]
 
 
+@pytest.mark.parametrize("word", ["$end", "$$end", "$$$end$end"])
+def test_no_comment_of_a_dump_ends_before_its_line(word: str) -> None:
+    dump = picture(recorded(f"deadlock {word} violated"), told(model_of(DEMO), RUN), "vcd")
+    line = dump.splitlines()[1]
+    assert line.startswith("$comment deadlock ") and line.index("$end") == len(line) - len("$end")
+
+
 def test_an_empty_run_can_be_told() -> None:
     model = model_of(DEMO)
     story = story_of(model, Trace(()))
