@@ -206,7 +206,7 @@ def loads(text: str, name: str = "<text>") -> Spec:
     """Return the spec of a text, which cannot include files because it is in no folder; messages use this name."""
     if not isinstance(text, str):
         raise TypeError("a spec is a text: decode its bytes, or give the file to load")
-    return _spec(Source(name, text.removeprefix("\ufeff")))
+    return _spec(_decoded(name, text.encode("utf-8", "surrogatepass")))
 
 
 def load_properties(file: File, spec: Spec) -> Properties:
@@ -328,9 +328,13 @@ def _quiet(what: str) -> None:
 
 def _read(file: File) -> Source:
     with open(file, "rb") as stream:
-        source = utf8.decode(os.fspath(file), stream.read(utf8.MAX_BYTES + 1))
+        return _decoded(os.fspath(file), stream.read(utf8.MAX_BYTES + 1))
+
+
+def _decoded(name: str, data: bytes) -> Source:
+    source = utf8.decode(name, data)
     if isinstance(source, Diagnostic):
-        raise SpecError(Source(os.fspath(file), ""), (source,))
+        raise SpecError(Source(name, ""), (source,))
     return source
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import exover
+from exover.syntax.decode import MAX_BYTES
 from tests.runtime.compiling import ROOT
 from tests.support.command import Run
 
@@ -108,6 +109,13 @@ def test_a_byte_order_mark_is_skipped_as_in_files() -> None:
     spec = exover.loads(f"\ufeffspec s; {MUTEX}")
     (launched,) = exover.simulate(spec, ['\ufeff{"ask": "m.a"}'])
     assert launched.event == exover.Ask("m.a")
+
+
+@pytest.mark.parametrize(("text", "code"), [(" " * MAX_BYTES, "E003"), ("// \ud800", "E002")], ids=["E003", "E002"])
+def test_a_text_that_no_file_could_hold_is_refused_as_one(text: str, code: str) -> None:
+    with pytest.raises(exover.SpecError) as refused:
+        exover.loads(f"spec s; {MUTEX}{text}")
+    assert [each.code for each in refused.value.diagnostics] == [code]
 
 
 @pytest.mark.parametrize("line", ["\v", "\f", "\x1c", "\x85", "\u00a0", "\u3000"])
