@@ -168,7 +168,8 @@ class Draft:
                     self.mistakes.add("E404", message, entry.span, hint=hint)
 
     def check_totals(self) -> None:
-        """Note every resource whose sums may exceed 64 bits."""
+        """Note every resource whose capacity and amounts exceed 64 bits together: no sum of it is greater."""
         for name, resource in self.names.resources.items():
             if self.totals[name] > MAX_INT:
-                self.mistakes.add("E310", f"the sums of {quote(name)} may not fit 64 bits", resource.span)
+                message = f"the capacity of {quote(name)} and the amounts of its clauses do not fit 64 bits together"
+                self.mistakes.add("E310", message, resource.span)

@@ -431,6 +431,10 @@ MESSAGES = [
     ("poster p: int in 0 .. 3 = 4;", "`4` is not in 0 .. 3"),
     ("resource r: 3 consumable = 4;", "`4` is not in 0 .. 3"),
     ("poster p: zone = 3;", "a value of `{base, dock, field}` is needed, `3` is none"),
+    (
+        "resource r: 9223372036854775807; context m.a { uses r 1; }",
+        "the capacity of `r` and the amounts of its clauses do not fit 64 bits together",
+    ),
     ("forbid active(m.a) and battery;", "a condition is needed, `battery` is an int"),
     ("forbid active(m.a) and none;", "a condition is needed, `none` is an enum value"),
     ("define d = waiting(m.b); forbid d;", "`forbid` cannot read `waiting(m.b)`, as `d` does"),
