@@ -20,7 +20,7 @@ from exover.gate.mcp.proxy import McpProxy
 from exover.gate.mcp.session import McpSession
 from exover.gate.reading import read_binding
 from exover.model.model import Model
-from exover.model.wording import counted
+from exover.model.wording import counted, visible
 from exover.pipeline import Build, build, check
 from exover.run.simulate import Engine
 
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _mcp(arguments, model, binding)
     if arguments.side == "ros2":
         return _ros2(arguments, model, binding)
-    out(f"{shown(arguments.bind)}: {_figures(binding, model)}\n")
+    out(visible(f"{shown(arguments.bind)}: {_figures(binding, model)}") + "\n")
     return ExitStatus.OK
 
 

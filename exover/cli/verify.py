@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from exover.checks.questions import SEVERITY
@@ -55,10 +56,10 @@ def _rules(arguments: argparse.Namespace, model: Model, table: bytes) -> ExitSta
         complain(f"exover: error: it is not known whether the tables are the rules of {spec}: {reason}")
         return ExitStatus.UNKNOWN
     if found:
-        out("".join(f"{file}: {what}\n" for what in found))
+        _tell(f"{file}: {what}" for what in found)
         complain(f"exover: error: {file} is not what {spec} says")
         return ExitStatus.VIOLATED
-    out(f"{file}: in every state and for all arguments it decides as {spec} says\n")
+    _tell([f"{file}: in every state and for all arguments it decides as {spec} says"])
     return ExitStatus.OK
 
 
@@ -86,6 +87,10 @@ def _certificate(arguments: argparse.Namespace, model: Model | None, table: byte
     return _told(arguments, found)
 
 
+def _tell(lines: Iterable[str]) -> None:
+    out("".join(f"{visible(line)}\n" for line in lines))
+
+
 def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     """Print what is proved and what has no proof; with a spec `tables` is proved, by `_rules` before."""
     file = shown(arguments.file)
@@ -97,7 +102,7 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
             return ExitStatus.VIOLATED
     proved_above = [each for each in tables if each["verdict"] == "holds"]
     unproved = [(each, reason) for each, reason in found.unproved if each not in proved_above]
-    lines = [visible(f"{each['check']} {each['subject']}: no proof: {reason}") for each, reason in unproved]
+    lines = [f"{each['check']} {each['subject']}: no proof: {reason}" for each, reason in unproved]
     whose = (
         "--spec tells whether its claims are those of it"
         if arguments.spec is None
@@ -105,7 +110,7 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     )
     proved = len(found.proved) + len(proved_above)
     lines.append(f"{file}: {proved} findings proved, {len(unproved)} without proof; {whose}")
-    out("".join(f"{line}\n" for line in lines))
+    _tell(lines)
     wanted = [each for each, _ in unproved if arguments.strict and _is_wanted(each)]
     if wanted:
         names = ", ".join(f"{each['check']} {each['subject']}" for each in wanted)

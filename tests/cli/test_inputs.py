@@ -125,6 +125,21 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     assert "\x1b" not in done.stderr
 
 
+def test_the_names_of_files_in_answers_do_not_control_the_terminal(run, tmp_path):
+    name = "a\n\x1b[2J"
+    (tmp_path / f"{name}.exo").write_text("spec s; module m { request a(); }")
+    (tmp_path / f"{name}.toml").write_text('gate = { spec = "s", start = "idle" }\n[request."m.a"]\ntool = "a"\n')
+    assert run("emit", f"{name}.exo", "--target", "bin", "--out", ".").returncode == 0
+    (tmp_path / "s.bin").rename(tmp_path / f"{name}.bin")
+    for done in (
+        run("verify", f"{name}.bin", "--spec", f"{name}.exo"),
+        run("gate", "check", f"{name}.exo", "--bind", f"{name}.toml"),
+        run("swap", f"{name}.exo", f"{name}.exo", "--out", "map"),
+    ):
+        assert done.returncode == 0, done
+        assert "\x1b" not in done.stdout and "a\ufffd\ufffd[2J." in done.stdout
+
+
 @pytest.mark.parametrize(
     ("arguments", "needle"),
     [
