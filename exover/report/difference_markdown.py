@@ -1,6 +1,7 @@
 """The differences between two versions of a spec as a comment of a merge request (docs/diff.md)."""
 
 from collections.abc import Iterator
+from html import escape
 
 from exover.model.difference import Compared
 from exover.model.wording import visible
@@ -28,7 +29,7 @@ def _lines(compared: Compared) -> Iterator[str]:
     yield from (line for note in compared.notes for line in ("", f"> {_plain(note)}"))
     for each in compared.differences:
         yield ""
-        yield f"<details><summary>{_plain(title(each))}</summary>"
+        yield f"<details><summary>{_html(title(each))}</summary>"
         yield ""
         yield from ("```text", *(_fenced(line) for line in run_lines(compared, each)), "```")
         yield ""
@@ -43,10 +44,14 @@ def _lines(compared: Compared) -> Iterator[str]:
     yield from (f"- {_plain(line)}" for line in rest)
 
 
+def _html(text: str) -> str:
+    """Return a line with all HTML in it escaped, for where Markdown is not read."""
+    return escape(visible(text), quote=False)
+
+
 def _plain(text: str) -> str:
     """Return a line with all Markdown and HTML in it escaped."""
-    text = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return "".join(f"\\{c}" if c in "\\`*_[]|#@" else c for c in text)
+    return "".join(f"\\{c}" if c in "\\`*_~[]|#@$" else c for c in _html(text))
 
 
 def _code(text: str) -> str:

@@ -430,6 +430,15 @@ def test_a_comment_has_no_markup_of_the_spec(run, tmp_path: Path) -> None:
     assert text.count("```") == 2 * text.count("<details>")
 
 
+def test_markdown_is_escaped_where_it_is_read_alone(run, tmp_path: Path) -> None:
+    named = OLD.replace("cabin", "cabin_1")
+    (tmp_path / "old.exo").write_text(named)
+    (tmp_path / "new.exo").write_text(named.replace("v <= 1", "v <= 0.5") + "poster low_1: bool = false;")
+    text = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", "markdown").stdout
+    assert "<summary>cabin_1.go newly rejected" in text
+    assert "> NEW alone has low\\_1:" in text
+
+
 def test_sarif_is_valid(run, tmp_path: Path) -> None:
     (tmp_path / "old.exo").write_text(OLD)
     (tmp_path / "new.exo").write_text(HEAD)
