@@ -9,13 +9,16 @@ from exover.editor.findings import Told
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
-from exover.model.wording import condition_text, remedy_text, value_text
+from exover.model.wording import condition_text, plain_markdown, remedy_text, value_text
 from exover.source import Source, Span
 from exover.syntax import tree
+from exover.syntax.lex import tokens
 
 MAX_RULES = 20
 """The most rules that are listed for one name or statement."""
 MAX_EXCERPT = 300
+_CLOSING = frozenset((",", ";", ")", ""))
+"""Tokens before which no blank stands; the last is the end of the text."""
 STATEMENTS = (
     tree.Mutex,
     tree.MutexOver,
@@ -82,22 +85,29 @@ def _of_name(
 def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
     """Return the declaration of a symbol as Markdown; of modules and requests, without the part in braces."""
     declared = analysis.index.declared[symbol]
-    text = (analysis.last or analysis).source.slice(declared.node.span)
-    if isinstance(declared.node, tree.Module | tree.Request):
-        text = text.partition("{")[0] if isinstance(declared.node, tree.Module) else _head(text)
-    cut = text if len(text) <= MAX_EXCERPT else f"{text[:MAX_EXCERPT]}…"
     name = f"{symbol.sort} `{symbol.name}`"
-    return f"{name}\n\n```exo\n{' '.join(cut.split())}\n```" if symbol.sort != "spec" else name
+    if symbol.sort == "spec":
+        return name
+    text = (analysis.last or analysis).source.slice(declared.node.span)
+    told = _bare(text, head=isinstance(declared.node, tree.Module | tree.Request))
+    cut = told if len(told) <= MAX_EXCERPT else f"{told[:MAX_EXCERPT]}…"
+    return f"{name}\n\n```exo\n{cut}\n```"
 
 
-def _head(text: str) -> str:
-    """Return the text of a request up to its clauses, which begin at the first brace outside of parentheses."""
-    depth = 0
-    for place, character in enumerate(text):
-        depth += (character == "(") - (character == ")")
-        if character == "{" and depth == 0:
-            return text[:place].rstrip()
-    return text
+def _bare(text: str, head: bool) -> str:
+    """Return a text on one line: without its comments, and with one blank where anything parts two words.
+
+    `head`: only up to the first brace outside of parentheses.
+    """
+    found, end, depth = "", 0, 0
+    for token in tokens(text, [], formulas=True):
+        depth += (token.text == "(") - (token.text == ")")
+        if head and token.text == "{" and depth == 0:
+            break
+        parted = token.start > end > 0 and token.text not in _CLOSING
+        found += " " * parted + token.text
+        end = token.end
+    return found
 
 
 def _use(model: Model, symbol: SpecSymbol) -> Iterator[str]:
@@ -119,7 +129,7 @@ def _deciders(model: Model, request: Request) -> Iterator[str]:
     texts = model.texts | {clause.resource: model.text(clause) for clause in reversed(request.consumptions)}
     for name in dict.fromkeys(names):
         because = texts.get(name)
-        yield f"`{name}`" + (f": {because}" if because else "")
+        yield f"`{name}`" + (f": {plain_markdown(because)}" if because else "")
 
 
 def _consumers(model: Model, resource: str) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """Conditions as texts of the exo language; events and actions in the words of docs/language.md."""
 
 from collections.abc import Sequence
+from html import escape
 from typing import assert_never
 
 from exover.model.event import (
@@ -235,3 +236,13 @@ def _origin(launch_rule: str | None) -> str:
 def visible(line: str) -> str:
     """Return a line with U+FFFD for each unprintable character, so that it cannot control a terminal."""
     return "".join(character if character.isprintable() else "\ufffd" for character in line)
+
+
+def plain_html(line: str) -> str:
+    """Return a line with all HTML in it escaped."""
+    return escape(visible(line), quote=False)
+
+
+def plain_markdown(line: str) -> str:
+    """Return a line with all Markdown and HTML in it escaped."""
+    return "".join(f"\\{each}" if each in "\\`*_~[]|#@$" else each for each in plain_html(line))

@@ -1,10 +1,9 @@
 """The differences between two versions of a spec as a comment of a merge request (docs/diff.md)."""
 
 from collections.abc import Iterator
-from html import escape
 
 from exover.model.difference import Compared
-from exover.model.wording import visible
+from exover.model.wording import plain_html, plain_markdown, visible
 from exover.report.difference import (
     change_text,
     in_both,
@@ -25,11 +24,11 @@ def _lines(compared: Compared) -> Iterator[str]:
     old, new = (_code(file) for file in compared.files)
     yield f"### {old} → {new}"
     yield ""
-    yield f"**{_plain(last_line(compared))}**"
-    yield from (line for note in compared.notes for line in ("", f"> {_plain(note)}"))
+    yield f"**{plain_markdown(last_line(compared))}**"
+    yield from (line for note in compared.notes for line in ("", f"> {plain_markdown(note)}"))
     for each in compared.differences:
         yield ""
-        yield f"<details><summary>{_html(title(each))}</summary>"
+        yield f"<details><summary>{plain_html(title(each))}</summary>"
         yield ""
         yield from ("```text", *(_fenced(line) for line in run_lines(compared, each)), "```")
         yield ""
@@ -41,17 +40,7 @@ def _lines(compared: Compared) -> Iterator[str]:
     ]
     if rest:
         yield ""
-    yield from (f"- {_plain(line)}" for line in rest)
-
-
-def _html(text: str) -> str:
-    """Return a line with all HTML in it escaped, for where Markdown is not read."""
-    return escape(visible(text), quote=False)
-
-
-def _plain(text: str) -> str:
-    """Return a line with all Markdown and HTML in it escaped."""
-    return "".join(f"\\{c}" if c in "\\`*_~[]|#@$" else c for c in _html(text))
+    yield from (f"- {plain_markdown(line)}" for line in rest)
 
 
 def _code(text: str) -> str:
