@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _files(paths: Iterable[str], unread: Callable[[OSError], None]) -> Iterator[str]:
     """Yield the files; for a folder, the regular files of the language `below` it, as `unread` is for that."""
     for path in paths:
-        if not os.path.isdir(path):
+        if path == "-" or not os.path.isdir(path):
             yield path
             continue
         for file in below(path, SUFFIXES, unread):

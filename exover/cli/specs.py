@@ -37,7 +37,7 @@ def specs_of(paths: Iterable[str], changed: bool = False) -> SpecFiles:
 
 def _meant(path: str) -> list[str]:
     """Return the specs that one argument stands for."""
-    if os.path.isdir(path):
+    if path != "-" and os.path.isdir(path):
         return _some(_below(Path(path)), f"{path} holds no {SPEC} file")
     if path.endswith(SUFFIX):
         return _some(_readers(path), f"{path} is read by no spec: it is called as none, and is for none, in its places")

@@ -118,6 +118,13 @@ def test_a_name_of_a_file_begins_no_line(run, tmp_path):
     assert not any(line.startswith("exover: error: forged") for line in done.stderr.split("\n"))
 
 
+def test_no_folder_stands_for_standard_input(run, spec, tmp_path):
+    (tmp_path / "-").mkdir()
+    done = run("check", "-", input=spec.read_text())
+    assert done.stdout.startswith("<stdin>: spec demo") and done.returncode == 0
+    assert run("fmt", "-", input="spec s;module m{request a();}").stdout.startswith("spec s;\n")
+
+
 def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     (tmp_path / "\x1b[2J.exo").write_text("spec \x1b[31m;")
     done = run("check", "\x1b[2J.exo")
