@@ -113,7 +113,9 @@ class Description:
             for feature in self.tables.features[row.features : row.features_end]:
                 name = request.name if feature.slot == NONE else f"{request.name}[{feature.slot}]"
                 if feature.weight != NONE:
-                    yield feature.running, f"{name}.{request.params[feature.weight].name}"
+                    param = request.params[feature.weight].name
+                    yield feature.running, f"{name}.{param}"
+                    yield feature.waiting, f"waiting({name}).{param}"
                     continue
                 where = self._where(feature.predicate)
                 for phase, word in PHASES.items():

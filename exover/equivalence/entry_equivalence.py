@@ -27,6 +27,7 @@ from exover.ocrd.vector import (
     InPlace,
     LastOutcome,
     Order,
+    PlaceValue,
     Quantity,
     Rank,
     Slots,
@@ -168,7 +169,7 @@ def plain_entries(model: Model, tables: Tables) -> dict[int, Element]:
 
 
 def _plain(said: EntryRecord) -> Quantity | None:
-    counted = said.predicate == ALWAYS and not isinstance(said.quantity, Order | SlotValue)
+    counted = said.predicate == ALWAYS and not isinstance(said.quantity, Order | SlotValue | PlaceValue)
     return said.quantity if counted else None
 
 
@@ -200,10 +201,12 @@ def _of_requests(index: ModelIndex, tables: Tables) -> Iterator[tuple[int, Entry
 def _of_feature(request: Request, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, EntryRecord]]:
     name, slot = request.name, None if feature.slot == NONE else feature.slot
     if feature.weight != NONE:
-        for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing}:
-            both = feature.running == feature.stopping and feature.predicate == ALWAYS and slot is not None
-            plain = both and {feature.waiting, feature.clearing} == {NONE}
-            value = SlotValue(name, slot or 0, request.params[feature.weight].name)
+        held, placed = (feature.running, feature.stopping), (feature.waiting, feature.clearing)
+        param = request.params[feature.weight].name
+        value = PlaceValue(name, param) if slot is None else SlotValue(name, slot, param)
+        counting, other = (placed, held) if slot is None else (held, placed)
+        plain = counting[0] == counting[1] and set(other) == {NONE} and feature.predicate == ALWAYS
+        for entry in {*held, *placed}:
             yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
         return
     in_place = feature.predicate if slot is None else NONE  # with a slot, no waiting place is counted

@@ -31,6 +31,7 @@ from exover.ocrd.vector import (
     InPlace,
     LastOutcome,
     Order,
+    PlaceValue,
     Rank,
     Slots,
     SlotValue,
@@ -283,9 +284,12 @@ class _Assembly:
     def _feature(self, request: Request, feature: Feature) -> t.FeatureRow:
         where, slot, weight = feature
         at = NONE if slot is None else slot
-        if weight is not None and slot is not None:
-            entry = self.entries.of(SlotValue(request.name, slot, weight))
+        if weight is not None:
             index = [parameter.name for parameter in request.params].index(weight)
+            if slot is None:
+                entry = self.entries.of(PlaceValue(request.name, weight))
+                return t.FeatureRow(ALWAYS, at, index, NONE, NONE, entry, entry)
+            entry = self.entries.of(SlotValue(request.name, slot, weight))
             return t.FeatureRow(ALWAYS, at, index, entry, entry, NONE, NONE)
         running, stopping = (self.entries.of(Slots(request.name, slot, where, p)) for p in ("running", "stopping"))
         waiting, clearing = NONE, NONE

@@ -16,6 +16,7 @@ from exover.model.waiting import may_clear_for
 from exover.ocrd.conflicts import pair
 from exover.ocrd.forms import Numbers
 from exover.ocrd.vector import Vocabulary
+from exover.ocrd.view import ParameterOwner
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,11 @@ class SymbolicInstance:
     def reason(self) -> Reason:
         """The rule's name and text."""
         return Reason(self.rule.name, self.rule.because)
+
+    @property
+    def owner(self) -> ParameterOwner | None:
+        """Whose parameters the rule reads: those of the slot or of the newcomer; None of a rule without copies."""
+        return ParameterOwner(self.rule.slot_of, self.slot, of_copy=True) if self.rule.slot_of is not None else None
 
 
 @dataclass(frozen=True)

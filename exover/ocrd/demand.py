@@ -124,9 +124,9 @@ class Decider:
         """Yield each argument that selects a counter, an element, with the request that is counted."""
         for guard in request.guards:
             yield from self.symbolic.choices(guard.condition, ParameterOwner(request.name))
-        for rule, slot in ((instance.rule, instance.slot) for instance in instances):
-            if rule.slot_of is not None:
-                yield from self.symbolic.choices(rule.condition, ParameterOwner(rule.slot_of, slot))
+        for instance in instances:
+            if owner := instance.owner:
+                yield from self.symbolic.choices(instance.rule.condition, owner)
 
     # ---- clearing ----
 
@@ -226,13 +226,11 @@ class Decider:
             other = both[both[0] == view.newcomer.name]
             if not view.touches(other):  # all that is left to ask, most often
                 return self.symbolic.at_least_active(other, 1, view)
-        if rule.slot_of is None:
-            return self.symbolic.truth(rule.condition, view)
-        if instance.newcomer:
-            return self.symbolic.truth(rule.condition, view, ParameterOwner(rule.slot_of))
-        active = self.symbolic.slot_active(rule.slot_of, instance.slot or 0, view)
-        holds = self.symbolic.truth(rule.condition, view, ParameterOwner(rule.slot_of, instance.slot))
-        return self.manager.both(active, holds)
+        owner = instance.owner
+        if owner is None or owner.slot is None:
+            return self.symbolic.truth(rule.condition, view, owner)
+        active = self.symbolic.slot_active(owner.request, owner.slot, view)
+        return self.manager.both(active, self.symbolic.truth(rule.condition, view, owner))
 
     def _true_either_way(self, instance: SymbolicInstance, view: View) -> int:
         """Return where F holds with the stopping slots as they are, or with them taken as idle."""

@@ -25,6 +25,7 @@ from exover.ocrd.vector import (
     InPlace,
     LastOutcome,
     Order,
+    PlaceValue,
     Quantity,
     Rank,
     Slots,
@@ -146,7 +147,9 @@ def initial(vocabulary: Vocabulary, quantity: Quantity, start: State) -> int:
             return start.levels[resource]
         case Order(None, Reading(left), Reading(right)):
             return compare(float(start.readings[left]), float(start.readings[right]))
-        case HasPast() | LastOutcome() | Slots() | SlotValue() | InPlace() | Arg() | ArgRank() | Order():
+        case HasPast() | LastOutcome() | Slots() | SlotValue() | InPlace() | PlaceValue():
+            return 0
+        case Arg() | ArgRank() | Order():
             return 0
         case _:
             assert_never(quantity)

@@ -7,10 +7,13 @@ from exover.model.expression import Cond, Reading
 from exover.model.model import Consumption, Model, Share
 from exover.ocrd.entries import Entries
 from exover.ocrd.roots import Roots
-from exover.ocrd.vector import HasPast, InPlace, Slots, SlotValue
+from exover.ocrd.vector import HasPast, InPlace, PlaceValue, Slots, SlotValue
 
 Feature = tuple[Cond | None, int | None, str | None]
-"""What a counter counts: a condition on arguments, a slot (None: all), the parameter that is added (None: 1)."""
+"""What a counter counts: a condition on arguments, a slot (None: all), the parameter that is added (None: 1).
+
+A parameter is added of one slot, or, where there is none, of the waiting place alone.
+"""
 
 
 def plant_features(model: Model, roots: Roots) -> dict[str, list[Feature]]:
@@ -26,6 +29,8 @@ def plant_features(model: Model, roots: Roots) -> dict[str, list[Feature]]:
                 counted[request][where, None, None] = None
             case SlotValue(request, slot, param):
                 counted[request][None, slot, param] = None
+            case PlaceValue(request, param):
+                counted[request][None, None, param] = None
             case HasPast(request, where):
                 roots.predicate(request, where)
             case _:

@@ -32,7 +32,7 @@ class OwnParameters:
         assert self.subject is not None
         return {name: self.vocabulary.parameter_types[self.subject.request, name] for name in names}
 
-    def _number(self, where: Cond) -> int:
+    def number(self, where: Cond) -> int:
         """Return how many choices of values there are."""
         return math.prod(high - low + 1 for low, high in map(ordinal_range, self._types(where).values()))
 
@@ -42,7 +42,7 @@ class OwnParameters:
         Whatever is tested before the part with most choices would have to be remembered below all of them.
         """
         plain = tuple(part for part in parts if not own_names(part))
-        owning = sorted(filter(own_names, parts), key=lambda part: -self._number(part))
+        owning = sorted(filter(own_names, parts), key=lambda part: -self.number(part))
         return (*owning, *((kind(plain),) if len(plain) > 1 else plain))
 
     def chosen(self, where: Cond) -> Iterator[tuple[dict[str, int], Cond]]:

@@ -27,55 +27,46 @@ from exover.model.expression import (
     Sum,
     Used,
     atoms,
-    mirrored,
 )
 from exover.model.model import Forget, Request, SetState
 from exover.model.types import Real, Type, ordinal
 from exover.ocrd.diagram import NO, YES
 from exover.ocrd.forms import Case, Factors, add, scale
 from exover.ocrd.own_parameters import OwnParameters, own_names
-from exover.ocrd.relations import Relations
+from exover.ocrd.reals import RealComparisons
 from exover.ocrd.vector import (
-    LEFT,
     OUTCOMES,
-    SAME,
     Arg,
-    ArgRank,
     HasPast,
     InPlace,
     LastOutcome,
-    Order,
+    PlaceValue,
     Quantity,
-    Rank,
     Slots,
     SlotValue,
     Stock,
     VariableValue,
-    Vocabulary,
 )
 from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
 
 @dataclass(frozen=True)
-class ConditionDiagrams(Relations):
+class ConditionDiagrams(RealComparisons):
     """Translates conditions and terms of one model to diagrams of one manager."""
-
-    @property
-    def vocabulary(self) -> Vocabulary:
-        """The quantities of the model."""
-        return self.numbers.vocabulary
 
     # ---- conditions ----
 
     def truth(self, cond: Cond, view: View = PRESENT, subject: ParameterOwner | None = None) -> int:
         """Return the diagram that is `YES` exactly where the condition holds in the supposed state."""
-        if subject and subject.slot is not None and self.vocabulary.pure(cond):
-            return self.at_least(self._slots_form(subject.request, subject.slot, cond, ("running", "stopping")), 1)
+        if subject and subject.held and self.vocabulary.pure(cond):
+            return self.at_least(self._holding(subject, cond), 1)
         match cond:
             case Compare(op, left, right):
                 return self._compare(op, left, right, view, subject)
             case Status(phase, request, None):
                 return self._status(phase, request, None, view)
+            case Status("active", request, where) if where and subject and self._by_holder(request, where, subject):
+                return self._any(list(self._holders(request, where, view, subject)))
             case Status(phase, request, where):
                 parts = self._without_own(where, subject)
                 return self._any([self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts])
@@ -107,6 +98,34 @@ class ConditionDiagrams(Relations):
         )
         return self.compare_cases(">=", cases, 1)
 
+    def _by_holder(self, request: str, where: Cond, subject: ParameterOwner) -> bool:
+        """Return whether `self.p` is compared with what each slot holds; else its value selects a counter.
+
+        A guard selects once, by the value of the newcomer. The copies of a rule would each select, and what is supposed
+        of one slot depends on the others. Comparisons with few slots have fewer outcomes than there are values, and the
+        slots of the rule's own request are told apart in any case, since each is killed alone.
+        """
+        if not subject.of_copy or not own_names(where):
+            return False
+        slots = self.vocabulary.model.request[request].instances
+        return request == subject.request or 1 << slots <= OwnParameters(self.vocabulary, subject).number(where)
+
+    def _holders(self, request: str, where: Cond, view: View, subject: ParameterOwner) -> Iterator[int]:
+        """Yield for each slot, the newcomer and what is clearing where it is active in the supposed state and satisfies
+        `where`, in which the `self.p` are those of the subject.
+        """
+        for slot in range(self.vocabulary.model.request[request].instances):
+            active = self.slot_active(request, slot, view)
+            if active != NO:
+                owner = ParameterOwner(request, slot, clause=subject)
+                yield self.manager.both(active, self.truth(where, PRESENT, owner))
+        if view.newcomer and view.newcomer.name == request:
+            yield self.truth(where, PRESENT, ParameterOwner(request, clause=subject))
+        if request in view.clearing:
+            clearing = self.at_least(self.form(InPlace(request, None, "clearing")), 1)
+            owner = ParameterOwner(request, in_place=True, clause=subject)
+            yield self.manager.both(clearing, self.truth(where, PRESENT, owner))
+
     def _any(self, parts: list[int]) -> int:
         found = NO
         for part in reversed(parts):  # the last part tests the lowest entries: diagrams grow from below
@@ -121,7 +140,7 @@ class ConditionDiagrams(Relations):
 
     def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: ParameterOwner | None) -> tuple[Cond, ...]:
         """Return the parts, with those that read only the arguments of a slot joined, so one counter serves all."""
-        if not subject or subject.slot is None:
+        if not subject or not subject.held:
             return parts
         pure = tuple(part for part in parts if self.vocabulary.pure(part))
         if len(pure) < 2:
@@ -172,7 +191,9 @@ class ConditionDiagrams(Relations):
     def choices(self, cond: Cond, subject: ParameterOwner) -> Iterator[tuple[int, str]]:
         """Yield the element of each `self.p` inside a `where`, with the request of which it selects a counter."""
         for atom in atoms(cond):
-            if isinstance(atom, Status | Past) and atom.where is not None:
+            if not isinstance(atom, Status | Past) or atom.where is None:
+                continue
+            if isinstance(atom, Past) or not self._by_holder(atom.request, atom.where, subject):
                 for name in own_names(atom.where):
                     yield self.numbers.element(self.form(self._argument(name, subject)))[0], atom.request
 
@@ -210,7 +231,7 @@ class ConditionDiagrams(Relations):
     ) -> int:
         kind = self._type(left, subject) or self._type(right, subject)
         if isinstance(kind, Real):
-            return self._compare_reals(op, left, right, subject)
+            return self.compare_reals(op, left, right, subject)
         minus = [(g, {q: -f for q, f in form.items()}, -c) for g, form, c in self._cases(right, kind, view, subject)]
         return self.compare_cases(op, self.added([self._cases(left, kind, view, subject), minus]), 0)
 
@@ -220,45 +241,15 @@ class ConditionDiagrams(Relations):
             case Param(name):
                 assert subject is not None
                 return self.vocabulary.parameter_types[subject.request, name]
+            case Own(name):
+                assert subject is not None and subject.clause is not None
+                return self.vocabulary.parameter_types[subject.clause.request, name]
             case Reading(name):
                 return self.vocabulary.reading_type(name)
             case Const(float()):
                 return Real()
             case _:
                 return None
-
-    def _compare_reals(self, op: Operator, left: ModelTerm, right: ModelTerm, subject: ParameterOwner | None) -> int:
-        if isinstance(left, Const):
-            left, right, op = right, left, mirrored(op)
-        if isinstance(left, Reading) and isinstance(right, Param):
-            left, right, op = right, left, mirrored(op)
-        assert isinstance(left, Param | Reading), "two constants are folded when names are resolved"
-        if isinstance(right, Const):
-            return self._compare_rank(op, left, right, subject)
-        assert isinstance(right, Param | Reading)
-        request = subject.request if subject and isinstance(left, Param) else None
-        if request is None or isinstance(right, Param):
-            ordered = left.name <= right.name
-            left, right, op = (left, right, op) if ordered else (right, left, mirrored(op))
-        if left == right:
-            return YES if op in ("<=", ">=", "==") else NO
-        bounds: dict[Operator, tuple[Operator, int]] = {"<": ("<=", LEFT), "<=": ("<=", SAME)}
-        bounds |= {">": (">", SAME), ">=": (">", LEFT), "==": ("==", SAME), "!=": ("!=", SAME)}
-        relation, bound = bounds[op]
-        return self.relate(relation, self.form(Order(request, left, right)), bound)
-
-    def _compare_rank(
-        self, op: Operator, side: Param | Reading, constant: Const, subject: ParameterOwner | None
-    ) -> int:
-        quantity: Quantity
-        if isinstance(side, Param):
-            assert subject is not None
-            key: tuple[str | None, str] = (subject.request, side.name)
-            quantity = ArgRank(subject.request, side.name)
-        else:
-            key, quantity = (None, side.name), Rank(side.name)
-        same = 2 * self.vocabulary.thresholds[key].index(float(constant.value)) + 1
-        return self.relate(op, self.form(quantity), same)
 
     # ---- terms ----
 
@@ -269,8 +260,9 @@ class ConditionDiagrams(Relations):
             case Param(name):
                 assert subject is not None
                 return [(YES, self.form(self._argument(name, subject)), 0)]
-            case Own():
-                raise AssertionError("own parameters are substituted")
+            case Own(name):
+                assert subject is not None and subject.clause is not None
+                return [(YES, self.form(self._argument(name, subject.clause)), 0)]
             case Reading(name):
                 fixed = self._set_by_launch(name, view)
                 if fixed is not None:
@@ -287,9 +279,11 @@ class ConditionDiagrams(Relations):
                 assert_never(term)
 
     def _argument(self, name: str, subject: ParameterOwner) -> Quantity:
-        if subject.slot is None:
-            return Arg(subject.request, name)
-        return SlotValue(subject.request, subject.slot, name)
+        if subject.in_place:
+            return PlaceValue(subject.request, name)
+        if subject.slot is not None:
+            return SlotValue(subject.request, subject.slot, name)
+        return Arg(subject.request, name)
 
     def _set_by_launch(self, name: str, view: View) -> SetState | None:
         effects = view.newcomer.on_launch if view.newcomer else ()
@@ -356,6 +350,12 @@ class ConditionDiagrams(Relations):
         if rest == NO:
             return [(YES, {}, 0)]
         return [(idle, {}, 0), (self.manager.negate(idle), form, 0)]
+
+    def _holding(self, owner: ParameterOwner, where: Cond) -> Factors:
+        """Return 1 where a slot or waiting place holds arguments that satisfy `where`, else 0."""
+        if owner.in_place:
+            return self.form(*(InPlace(owner.request, where, phase) for phase in ("waiting", "clearing")))
+        return self._slots_form(owner.request, owner.slot, where, ("running", "stopping"))
 
     def _slots_form(self, request: str, slot: int | None, where: Cond | None, phases: Phases) -> Factors:
         key = (request, slot, where, phases)

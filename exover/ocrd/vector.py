@@ -96,6 +96,14 @@ class InPlace:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaceValue:
+    """The ordinal of an argument in the waiting place of the request; 0 for an empty one."""
+
+    request: str
+    param: str
+
+
+@dataclass(frozen=True, slots=True)
 class Arg:
     """The ordinal of an argument or result of the request whose arguments are loaded."""
 
@@ -123,7 +131,20 @@ class Order:
     right: Param | Reading
 
 
-Quantity = VariableValue | Rank | Stock | HasPast | LastOutcome | Slots | SlotValue | InPlace | Arg | ArgRank | Order
+Quantity = (
+    VariableValue
+    | Rank
+    | Stock
+    | HasPast
+    | LastOutcome
+    | Slots
+    | SlotValue
+    | InPlace
+    | PlaceValue
+    | Arg
+    | ArgRank
+    | Order
+)
 Element = tuple[tuple[int, Quantity], ...]
 """`sum(factor * quantity)`; factors without common divisor, the first positive, quantities distinct and sorted."""
 
@@ -207,7 +228,7 @@ class Vocabulary:
                 return 0, len(OUTCOMES) - 1
             case Slots(request, slot):
                 return 0, self.model.request[request].instances if slot is None else 1
-            case SlotValue(request, _, param):
+            case SlotValue(request, _, param) | PlaceValue(request, param):
                 low, high = ordinal_range(self.parameter_types[request, param])
                 return min(0, low), max(0, high)
             case Arg(request, param):

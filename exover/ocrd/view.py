@@ -13,10 +13,23 @@ Phases = tuple[Literal["running", "stopping"], ...]
 
 @dataclass(frozen=True, slots=True)
 class ParameterOwner:
-    """Whose parameters `Param` reads: the loaded ones of a request, or those of its slot `slot`."""
+    """Whose parameters `Param` reads: the loaded ones of a request, those of its slot `slot`, or those of its waiting
+    place (`in_place`).
+
+    `of_copy`: the clause is that of a rule of which there is a copy for each slot, and this is the owner of one copy.
+    `clause`: whose parameters `Own` reads inside a `with`, the owner of the clause in which that stands.
+    """
 
     request: str
     slot: int | None = None
+    in_place: bool = False
+    of_copy: bool = False
+    clause: "ParameterOwner | None" = None
+
+    @property
+    def held(self) -> bool:
+        """Whether a slot or the waiting place holds the parameters."""
+        return self.in_place or self.slot is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,11 @@ class QuantityTerms:
                 guard = layout.waiting(place, vars_) if phase == "waiting" else vars_[place.clearing]
                 return number_of(self._counts(request, where, guard, place.args))
             case v.SlotValue(request, slot, param):
-                return self._argument_in_slot(request, slot, param)
+                at = layout.slots[request, slot]
+                return self._argument_held(request, param, vars_[at.active], at.args)
+            case v.PlaceValue(request, param):
+                place = layout.places[request]
+                return self._argument_held(request, param, vars_[place.taken], place.args)
             case v.Arg(request, param):
                 return number_of(self._argument(request, param))
             case v.ArgRank(request, param):
@@ -88,15 +92,14 @@ class QuantityTerms:
             flags.append((1, self._counts(request, where, guard, at.args)))
         return LinearForm(0, (), tuple(flags))
 
-    def _argument_in_slot(self, request: str, slot: int, param: str) -> LinearForm:
-        """Return the argument of a slot that is active; 0 of an idle one."""
+    def _argument_held(self, request: str, param: str, there: Term, held: tuple[str, ...]) -> LinearForm:
+        """Return the argument that is held in one of these variables if the condition `there` is true, else 0."""
         layout, terms = self.layout, self.layout.terms
-        at = layout.slots[request, slot]
         names = [each.name for each in layout.model.request[request].params]
-        active, value = layout.vars[at.active], layout.vars[at.args[names.index(param)]]
+        value = layout.vars[held[names.index(param)]]
         if value.sort == "Bool":
-            return number_of(terms.both((active, value)))
-        return number_of(terms.choose(active, value, terms.constant(0, "Int")))
+            return number_of(terms.both((there, value)))
+        return number_of(terms.choose(there, value, terms.constant(0, "Int")))
 
     def _argument(self, request: str, param: str) -> Term:
         each = self.layout.model.request[request]

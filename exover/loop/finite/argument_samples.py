@@ -72,9 +72,9 @@ class ArgumentSamples:
         return list(product(*choices))
 
     def _entries(self, number: int, row: ParamRow) -> list[int]:
-        """Return the entries whose value an integer parameter contributes to: as a loaded argument, and from a slot."""
+        """Return the entries whose value an integer parameter contributes to: as a loaded argument, and where held."""
         features = self.tables.features[self._row.features : self._row.features_end]
-        found = [feature.running for feature in features if feature.weight == number]
+        found = [entry for each in features if each.weight == number for entry in (each.running, each.waiting)]
         return [entry for entry in (row.value, *found) if entry != NONE]
 
     def _shared_constants(self, compared: set[int]) -> tuple[float, ...]:

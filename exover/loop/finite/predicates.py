@@ -8,6 +8,7 @@ from exover.loop.finite.state_sets import S
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.finite.variables import GuardedValue
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
+from exover.model.event import Args
 from exover.model.expression import (
     And,
     Compare,
@@ -42,6 +43,7 @@ from exover.ocrd.vector import (
     InPlace,
     LastOutcome,
     Order,
+    PlaceValue,
     Quantity,
     Rank,
     Slots,
@@ -135,6 +137,8 @@ class StatePredicates(SlotPredicates[S]):
                 return [((((guard[0][0], guard[0][1] & phases), *guard[1:]), 1),) for guard in guards]
             case SlotValue(request, slot, param):
                 return [self._slot_value(self.request[request], slot, param)]
+            case PlaceValue(request, param):
+                return self._place_value(self.request[request], param)
             case Order(None, Reading(left), Reading(right)):
                 var, flipped = self._pair(left, right)
                 return [self._by_value(var, [RIGHT, SAME, LEFT] if flipped else [LEFT, SAME, RIGHT])]
@@ -164,13 +168,32 @@ class StatePredicates(SlotPredicates[S]):
 
     def _slot_value(self, request: int, slot: int, param: str) -> GuardedValue:
         at = self.slots(request)[slot]
+        kinds = [each.args for each in self.loop.arguments[request].classes]
+        return self._held_value(request, param, ("phase", at), ("class", at), {RUNNING, STOPPING}, kinds)
+
+    def _place_value(self, request: int, param: str) -> list[GuardedValue]:
+        if ("place", request) not in self.loop.index:
+            return []
+        kinds = [each.args for each in self.loop.arguments[request].cells]
+        taken = {WAITING, CLEARING}
+        return [self._held_value(request, param, ("place", request), ("cell", request), taken, kinds)]
+
+    def _held_value(
+        self,
+        request: int,
+        param: str,
+        owner: tuple[object, ...],
+        kind: tuple[object, ...],
+        phases: set[int],
+        kinds: list[Args],
+    ) -> GuardedValue:
+        """Return a term: the value of a parameter that an owner has while it is in one of these phases, else 0."""
         params = self.model.requests[request].params
-        (kind,) = (parameter.type for parameter in params if parameter.name == param)
+        (declared,) = (parameter.type for parameter in params if parameter.name == param)
         cases = []
-        for number, each in enumerate(self.loop.arguments[request].classes):
-            which = frozenset({number})
-            guard = self.guard(("phase", at), ("class", at), frozenset({RUNNING, STOPPING}), which)
-            cases.append((guard, ordinal(kind, bind(params, each.args)[param])))
+        for number, args in enumerate(kinds):
+            guard = self.guard(owner, kind, frozenset(phases), frozenset({number}))
+            cases.append((guard, ordinal(declared, bind(params, args)[param])))
         return tuple(cases)
 
     # ---- comparisons ----
