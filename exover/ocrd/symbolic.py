@@ -49,6 +49,9 @@ from exover.ocrd.vector import (
 )
 from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
+MOST_SELECTED = 256
+"""Combinations of values of `self.p` of which each selects a counter in a guard, as many as one may have values."""
+
 
 @dataclass(frozen=True)
 class ConditionDiagrams(RealComparisons):
@@ -65,8 +68,8 @@ class ConditionDiagrams(RealComparisons):
                 return self._compare(op, left, right, view, subject)
             case Status(phase, request, None):
                 return self._status(phase, request, None, view)
-            case Status("active", request, where) if where and subject and self._by_holder(request, where, subject):
-                return self._any(list(self._holders(request, where, view, subject)))
+            case Status(phase, request, where) if where and subject and self._by_holder(request, where, subject):
+                return self._any(list(self._holders(phase, request, where, view, subject)))
             case Status(phase, request, where):
                 parts = self._without_own(where, subject)
                 return self._any([self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts])
@@ -91,40 +94,51 @@ class ConditionDiagrams(RealComparisons):
 
     def slot_active(self, request: str, slot: int, view: View) -> int:
         """Return where this one slot is active in the supposed state."""
+        return self._slot_in(view.phases, request, slot, view)
+
+    def _slot_in(self, phases: Phases, request: str, slot: int, view: View) -> int:
         idle = view.idle.get(request, {})
         cases = self._unless(
             self.manager.either(idle.get(None, NO), idle.get(slot, NO)),
-            self._slots_form(request, slot, None, view.phases),
+            self._slots_form(request, slot, None, phases),
         )
         return self.compare_cases(">=", cases, 1)
 
     def _by_holder(self, request: str, where: Cond, subject: ParameterOwner) -> bool:
         """Return whether `self.p` is compared with what each slot holds; else its value selects a counter.
 
-        A guard selects once, by the value of the newcomer. The copies of a rule would each select, and what is supposed
-        of one slot depends on the others. Comparisons with few slots have fewer outcomes than there are values, and the
-        slots of the rule's own request are told apart in any case, since each is killed alone.
+        A guard selects once, by the values of the newcomer, if these are not too many in all their combinations. The
+        copies of a rule would each select, and what is supposed of one slot depends on the others. Comparisons with few
+        slots have fewer outcomes than there are values, and the slots of the rule's own request are told apart in any
+        case, since each is killed alone.
         """
-        if not subject.of_copy or not own_names(where):
+        if not own_names(where):
             return False
         slots = self.vocabulary.model.request[request].instances
-        return request == subject.request or 1 << slots <= OwnParameters(self.vocabulary, subject).number(where)
+        values = OwnParameters(self.vocabulary, subject).number(where)
+        if subject.of_copy:
+            return request == subject.request or 1 << slots <= values
+        return values > MOST_SELECTED and slots < values
 
-    def _holders(self, request: str, where: Cond, view: View, subject: ParameterOwner) -> Iterator[int]:
-        """Yield for each slot, the newcomer and what is clearing where it is active in the supposed state and satisfies
-        `where`, in which the `self.p` are those of the subject.
+    def _holders(self, phase: Phase, request: str, where: Cond, view: View, subject: ParameterOwner) -> Iterator[int]:
+        """Yield of each that can be in a phase (slots, the newcomer, the waiting place) where it is so in the supposed
+        state, with arguments that satisfy `where`; its `self.p` are those of the subject.
         """
-        for slot in range(self.vocabulary.model.request[request].instances):
-            active = self.slot_active(request, slot, view)
-            if active != NO:
-                owner = ParameterOwner(request, slot, clause=subject)
-                yield self.manager.both(active, self.truth(where, PRESENT, owner))
-        if view.newcomer and view.newcomer.name == request:
+        if phase != "waiting":
+            phases: Phases = view.phases if phase == "active" else (phase,)
+            for slot in range(self.vocabulary.model.request[request].instances):
+                there = self._slot_in(phases, request, slot, view)
+                if there != NO:
+                    owner = ParameterOwner(request, slot, clause=subject)
+                    yield self.manager.both(there, self.truth(where, PRESENT, owner))
+        if phase == "active" and view.newcomer and view.newcomer.name == request:
             yield self.truth(where, PRESENT, ParameterOwner(request, clause=subject))
-        if request in view.clearing:
-            clearing = self.at_least(self.form(InPlace(request, None, "clearing")), 1)
+        clearing = phase == "active" and request in view.clearing
+        if phase == "waiting" or clearing:
+            places = [InPlace(request, None, "clearing"), *([] if clearing else [InPlace(request, None, "waiting")])]
+            there = self.at_least(self.form(*places), 1)
             owner = ParameterOwner(request, in_place=True, clause=subject)
-            yield self.manager.both(clearing, self.truth(where, PRESENT, owner))
+            yield self.manager.both(there, self.truth(where, PRESENT, owner))
 
     def _any(self, parts: list[int]) -> int:
         found = NO

@@ -3,6 +3,7 @@
 import pytest
 
 from exover.emit.describe import Description
+from exover.ocrd import symbolic
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.vector import PlaceValue
 from tests.support.engines import DIGEST, agree_at_random, model_of
@@ -79,6 +80,34 @@ SPECS = {
 def test_slots_that_are_compared_answer_as_the_rules(text: str) -> None:
     for seed in range(4):
         agree_at_random(text, seed, events=300, native=not seed, rust=not seed and text is CLEARING)
+
+
+GUARD = """spec guard; module m {{
+    request a(x: int in 0 .. {last}, z: int in 0 .. {last}) {{
+        check not {phase}(m.b with y == self.x and w == self.z);
+    }}
+    request b(y: int in 0 .. {last}, w: int in 0 .. {last}) instances 2 {{ {clause} }}
+}}"""
+
+
+@pytest.mark.parametrize("phase", ["active", "running", "stopping", "waiting"])
+def test_two_arguments_of_a_guard_are_compared_if_they_have_many_values_together(phase: str) -> None:
+    """With 64 values each they had 16 000 nodes."""
+    few, many = (made(GUARD.format(last=last, phase=phase, clause="")).figures.nodes for last in (16, 127))
+    assert few == many < 40
+
+
+@pytest.mark.parametrize(
+    "clause", ["interrupts self;", "wait until not active(m.a); fail when active(m.a with x > self.w);"]
+)
+@pytest.mark.parametrize("phase", ["active", "running", "stopping", "waiting"])
+def test_guards_that_compare_answer_as_the_rules(phase: str, clause: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = GUARD.format(last=2, phase=phase, clause=clause)
+    counted = made(text).tables
+    monkeypatch.setattr(symbolic, "MOST_SELECTED", 0)
+    assert made(text).tables != counted
+    for seed in range(3):
+        agree_at_random(text, seed, events=300)
 
 
 def places(found: Compiled) -> set[PlaceValue]:
