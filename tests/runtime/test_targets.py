@@ -33,6 +33,16 @@ INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
 CODE, STACK = 8448, 528
 ANY_CODE, ANY_STACK = 16_896, 1320
 """Bytes on a Cortex-M4, for a spec of requests and mutexes, and for any tables."""
+JUDGED = (
+    "-DEXOVER_WIDTH=2",
+    "-DEXOVER_WIDTH=4 -DEXOVER_DEBUG -D__GNUC__ -D__OPTIMIZE__ -D__clang__",
+    "-DEXOVER_WIDTH=8",
+    "-DEXOVER_DEBUG -D__GNUC__",
+)
+"""Every line of the runtime belongs to one of these, tables of any shape before those of the shape that is emitted.
+
+Where nothing is said cppcheck makes nine by itself, and four of them are equal but for a few lines.
+"""
 
 
 def needs(*tools: str) -> pytest.MarkDecorator:
@@ -213,11 +223,10 @@ def test_cppcheck_finds_what_is_explained_and_nothing_else(tmp_path: Path) -> No
     found: set[tuple[str, str]] = set()
     model = model_of(mutexes(8))
     write(model, build(model).tables, tmp_path)
-    for flags in (["-DEXOVER_WIDTH=2", f"-I{RUNTIME}"], [f"-I{tmp_path}"]):
+    for flags in JUDGED:
         command = ["cppcheck", "--addon=misra", "--std=c99", "--enable=warning,performance,portability", "--quiet"]
-        ignored = ["--suppress=missingIncludeSystem", "--template={id} {file}:{line}"]
-        command += [*flags, *ignored, str(tmp_path / "exover.c")]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        command += [*flags.split(), "--suppress=missingIncludeSystem", "--template={id} {file}:{line}", "exover.c"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
         for finding in done.stderr.splitlines():
             rule, line = finding.removeprefix("misra-c2012-").split()
             found.add((rule, "" if (rule, "") in explained else Path(line).name))
