@@ -64,17 +64,21 @@ class TaskRunner:
     def _lots(self, engine: EngineName, first: int) -> Iterator[Lot]:
         """Yield the tasks of an engine, numbered from `first`: one lot if asked at once, else one for each check.
 
-        `tables`, which diagrams alone answer, are a lot apart: they do not wait until other engines have had their turn
-        at all else.
+        Of diagrams that are asked at once, `tables` are a lot of their own, the first: no engine before them answers
+        these, so they need not wait until those have answered the rest.
         """
-        together, in_order = at_once(engine, self.engines, self.limited), engine == "bdd"
-        lots: dict[str | bool, list[int]] = {}
-        for number, (_, question) in enumerate(self.questions):
-            of_tables = in_order and question.check == "tables"
-            lots.setdefault(of_tables if together else question.check, []).append(number)
-        for numbers in lots.values():
-            rank = 0 if together else SEVERITIES.index(self.questions[numbers[0]][1].severity)
-            yield Lot([first + number for number in numbers], rank, together, together and in_order)
+        numbers = range(len(self.questions))
+        if at_once(engine, self.engines, self.limited):
+            tables = [n for n in numbers if engine == "bdd" and self.questions[n][1].check == "tables"]
+            for part in filter(None, (tables, sorted(set(numbers).difference(tables)))):
+                yield Lot([first + n for n in part], together=True, in_order=engine == "bdd")
+            return
+        checks: dict[str, list[int]] = {}
+        for number in numbers:
+            checks.setdefault(self.questions[number][1].check, []).append(number)
+        for asked in checks.values():
+            rank = SEVERITIES.index(self.questions[asked[0]][1].severity)
+            yield Lot([first + number for number in asked], rank)
 
     def task(self, turn: Turn, say: Say[TaskAnswer], progress: Progress) -> None:
         """Do the tasks of a turn, and pass each answer to `say`."""

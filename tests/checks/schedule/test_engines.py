@@ -17,7 +17,7 @@ from exover.checks.questions.property import VACUOUS
 from exover.checks.questions.question import Check, Context, Question, requests
 from exover.checks.run import CheckOutcome, check_all
 from exover.checks.schedule import agenda, plan, tasks
-from exover.checks.schedule.agenda import Turn
+from exover.checks.schedule.agenda import Agenda, Turn
 from exover.checks.schedule.engines import DIAGRAMS, SMALL, Engines, suited
 from exover.checks.schedule.engines import LARGE as BITS
 from exover.checks.schedule.examination import Examination
@@ -182,25 +182,34 @@ def test_what_diagrams_answer_nobody_else_is_asked(monkeypatch: pytest.MonkeyPat
         assert ask(monkeypatch, SPEC, PORTFOLIO, say, limits) == wanted
 
 
-def test_diagrams_compare_the_tables_while_others_have_still_to_answer_the_rest() -> None:
+def of_two_engines() -> tuple[Agenda, list[int], list[int]]:
+    """Return the agenda of the graph and then diagrams, and the tasks of the latter: about tables, and the rest."""
     compiled = built(SPEC).compiled
     engines = Engines(("aig", "bdd"))
     asked = tuple(CheckPlan(("tables", "safety", "starvation"), engines=engines).questions(compiled.model))
     agenda = TaskRunner(Examination(compiled, NO_PROPERTIES), asked, engines).agenda(None)
-    of_tables = [number for number, (check, _) in enumerate(asked) if check.name == "tables"]
-    first = agenda.next(inf)
+    first, bits = agenda.next(inf), agenda.next(inf)
     assert first is not None and first.numbers == tuple(range(len(asked)))
-    assert agenda.next(inf) == Turn((2 * len(asked),))  # the bits of a state
-    assert agenda.next(inf) is None
-    for number in of_tables:
-        agenda.answered(number, in_vain=True)
-    second = agenda.next(inf)
-    assert second == Turn(tuple(len(asked) + number for number in of_tables), together=True, in_order=True)
-    for number in set(range(len(asked))).difference(of_tables):
+    assert bits == Turn((2 * len(asked),))
+    tables = [len(asked) + number for number, (check, _) in enumerate(asked) if check.name == "tables"]
+    return agenda, tables, sorted({len(asked) + number for number in range(len(asked))}.difference(tables))
+
+
+def test_diagrams_compare_the_tables_while_others_have_still_to_answer_the_rest() -> None:
+    agenda, tables, rest = of_two_engines()
+    agenda.call([number - len(tables + rest) for number in tables])
+    assert agenda.next(inf) == Turn(tuple(tables), together=True, in_order=True)
+    for number in rest:
         assert agenda.next(inf) is None  # what is left is asked in one turn
-        agenda.answered(number, in_vain=True)
-    third = agenda.next(inf)
-    assert third is not None and len(third.numbers) + len(of_tables) == len(asked)
+        agenda.call([number - len(tables + rest)])
+    assert agenda.next(inf) == Turn(tuple(rest), together=True, in_order=True)
+
+
+def test_diagrams_compare_the_tables_first() -> None:
+    agenda, tables, rest = of_two_engines()
+    agenda.call([number - len(tables + rest) for number in (*rest, *tables)])
+    assert agenda.next(inf) == Turn(tuple(tables), together=True, in_order=True)
+    assert agenda.next(inf) == Turn(tuple(rest), together=True, in_order=True)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
