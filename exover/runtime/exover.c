@@ -9,8 +9,10 @@
  * stands; but for what stands in many places:
  *
  *   2.4 2.5  tags and macros that one build or another does not use; enums without a tag, of constants that belong together
- *   10.4  words of the tables are signed, sizes and bits are not; -Wconversion watches over the rest
+ *   10.4 10.8  words of the tables are signed, sizes and bits are not; -Wconversion watches over the rest
+ *   11.5 18.4  records, cells and lists stand in memory that is given as one: they are found there by their number
  *   12.1 12.3  C's own precedence; several declarators
+ *   14.2 17.8  a loop counts in a parameter, or goes through two arrays at once
  *   15.5  returns where all is known
  *   19.2  a value is a double or an integer, as its type in the tables says
  */
@@ -110,7 +112,7 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 /* Record `index` of a section, and the list of numbers. */
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define WORDS_OF(type) (sizeof(exover_##type) / sizeof(exover_word))
-/* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
+/* cppcheck-suppress [misra-c2012-20.10, misra-c2012-20.12] ; the name of a record gives the name of its type, and is no macro */
 #define RECORD(type, section, index) \
     ((const exover_##type *)record(c, FIRST(section), CHECK(section), COUNT(section), WORDS_OF(type), (exover_int)(index)))
 #define FIRST(section) (c->words + SHAPE(EXOVER_STARTS + (section)))
@@ -607,6 +609,7 @@ static bool agrees(exover *c, exover_int predicate)
 /* The actions on the path of the last walk; they stand behind the answers. */
 static exover_word *path_of(const exover *c)
 {
+    /* cppcheck-suppress misra-c2012-11.8 ; the checker is not written to here, and where its answers stand is no part of it */
     return (exover_word *)(void *)&c->actions[SHAPE(EXOVER_CAPACITY) + 1];
 }
 
@@ -1055,7 +1058,8 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
-    while (in_phase(cell) != EMPTY && ++slot < instances_of(row)) {
+    while (in_phase(cell) != EMPTY && slot + 1 < instances_of(row)) {
+        slot++;
         cell = CELL(PHASES, phase_at(request, row, slot));
     }
     if (in_phase(cell) != EMPTY) {
@@ -1387,7 +1391,8 @@ static OFTEN uint32_t mixed(uint32_t before, uint32_t four)
 /* Look at the next so many bytes of the tables, and at the next of what is remembered. */
 static SHARED void scrub(exover *c, uint32_t count)
 {
-    uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
+    uint32_t at = c->scrubbed, sum = c->sum, next = c->compared;
+    c->compared = next + 1u;
     for (uint32_t bytes = 0; bytes < count; bytes += 4u) {
         if (at < fours(c)) {
             sum = mixed(sum, four_at(c, at++));

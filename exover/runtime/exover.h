@@ -101,7 +101,8 @@ typedef uint64_t exover_uint;
 #endif
 #define EXOVER_BUILD \
     ((uint32_t)EXOVER_VERSION_MAJOR << 26 | (uint32_t)EXOVER_VERSION_MINOR << 18 | (uint32_t)EXOVER_VERSION_PATCH << 10 \
-     | EXOVER_IS_DEBUG << 9 | EXOVER_IS_FIXED << 8 | (uint32_t)EXOVER_STATE << 4 | (uint32_t)EXOVER_WIDTH)
+     | (uint32_t)EXOVER_IS_DEBUG << 9 | (uint32_t)EXOVER_IS_FIXED << 8 | (uint32_t)EXOVER_STATE << 4 \
+     | (uint32_t)EXOVER_WIDTH)
 /* cppcheck-suppress misra-c2012-20.10 ; the configuration is part of the name */
 #define EXOVER_JOIN(name, width, state, takes, kind) name##_##width##_##state##_##takes##_##kind
 #define EXOVER_JOINED(name, width, state, takes, kind) EXOVER_JOIN(name, width, state, takes, kind)
