@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from exover.audit.result import Audit, MissionResult, rules_of
 from exover.audit.trail import ANSWERS, DIVERGENCES, AuditRow, MissionFigures
 from exover.model.model import Model
-from exover.model.wording import counted, slot_text, visible
+from exover.model.wording import counted, slot_text, visible_lines
 
 SHOWN = 10
 """The most divergences of a mission that are listed."""
@@ -27,7 +27,7 @@ def render(audit: Audit) -> str:
     lines = [line for mission in audit.missions for line in _mission(audit.model, mission)]
     total = audit.total
     rules = _rules(audit.model, total) if audit.audited else ()
-    return "".join(f"{visible(line)}\n" for line in (*lines, *_asks(total), *rules, last_line(audit)))
+    return visible_lines((*lines, *_asks(total), *rules, last_line(audit)))
 
 
 def last_line(audit: Audit) -> str:

@@ -9,7 +9,7 @@ from exover.cli.streams import ProgressLine, complain, out
 from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
-from exover.model.wording import visible
+from exover.model.wording import visible_lines
 from exover.pipeline import Build, build, property_findings, swap
 from exover.swap.prove import SwapAnswer
 
@@ -54,4 +54,4 @@ def _told(answer: SwapAnswer, old: str, new: str) -> str:
     if answer.verdict == "holds":
         when = "once these requests have ended" if answer.ended else "at any time"
         lines.append(f"{new} may take over {when}")
-    return "".join(f"{visible(line)}\n" for line in lines)
+    return visible_lines(lines)

@@ -3,7 +3,6 @@
 import argparse
 import json
 import os
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from exover.checks.questions import SEVERITY
@@ -11,7 +10,7 @@ from exover.cli.files import read_bytes, read_properties, read_spec, shown
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.model.model import Model
-from exover.model.wording import visible
+from exover.model.wording import visible_lines
 from exover.pipeline import claimed, different, embedded
 
 if TYPE_CHECKING:
@@ -56,10 +55,10 @@ def _rules(arguments: argparse.Namespace, model: Model, table: bytes) -> ExitSta
         complain(f"exover: error: it is not known whether the tables are the rules of {spec}: {reason}")
         return ExitStatus.UNKNOWN
     if found:
-        _tell(f"{file}: {what}" for what in found)
+        out(visible_lines(f"{file}: {what}" for what in found))
         complain(f"exover: error: {file} is not what {spec} says")
         return ExitStatus.VIOLATED
-    _tell([f"{file}: in every state and for all arguments it decides as {spec} says"])
+    out(visible_lines([f"{file}: in every state and for all arguments it decides as {spec} says"]))
     return ExitStatus.OK
 
 
@@ -87,10 +86,6 @@ def _certificate(arguments: argparse.Namespace, model: Model | None, table: byte
     return _told(arguments, found)
 
 
-def _tell(lines: Iterable[str]) -> None:
-    out("".join(f"{visible(line)}\n" for line in lines))
-
-
 def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     """Print what is proved and what has no proof; with a spec `tables` is proved, by `_rules` before."""
     file = shown(arguments.file)
@@ -110,7 +105,7 @@ def _told(arguments: argparse.Namespace, found: "Verified") -> ExitStatus:
     )
     proved = len(found.proved) + len(proved_above)
     lines.append(f"{file}: {proved} findings proved, {len(unproved)} without proof; {whose}")
-    _tell(lines)
+    out(visible_lines(lines))
     wanted = [each for each, _ in unproved if arguments.strict and _is_wanted(each)]
     if wanted:
         names = ", ".join(f"{each['check']} {each['subject']}" for each in wanted)

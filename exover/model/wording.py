@@ -1,6 +1,6 @@
 """Conditions as texts of the exo language; events and actions in the words of docs/language.md."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import assert_never
 
@@ -236,6 +236,11 @@ def _origin(launch_rule: str | None) -> str:
 def visible(line: str) -> str:
     """Return a line with U+FFFD for each unprintable character, so that it cannot control a terminal."""
     return "".join(character if character.isprintable() else "\ufffd" for character in line)
+
+
+def visible_lines(lines: Iterable[str]) -> str:
+    """Return the lines as a text, each `visible` and with its end."""
+    return "".join(f"{visible(line)}\n" for line in lines)
 
 
 def plain_html(line: str) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
 from exover.model.event import Waits
-from exover.model.wording import action_text, counted, event_text, visible
+from exover.model.wording import action_text, counted, event_text, visible_lines
 
 WEAKER = "OLD refuses it or lets it wait"
 NOBODY_KNOWS = "it is not proved that no shorter run shows it"
@@ -12,7 +12,7 @@ NOBODY_KNOWS = "it is not proved that no shorter run shows it"
 
 def render(compared: Compared) -> str:
     """Return the differences as text with a final newline."""
-    return "".join(f"{visible(line)}\n" for line in _lines(compared))
+    return visible_lines(_lines(compared))
 
 
 def _lines(compared: Compared) -> Iterator[str]:

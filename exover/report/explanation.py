@@ -9,7 +9,7 @@ from exover.model.event import Action, Invalid
 from exover.model.explanation import Account, Attempt, CounterfactualSearch, Demand, Explanation, Fact, RuleVerdict
 from exover.model.model import Model
 from exover.model.wire import action_json, event_json, indented
-from exover.model.wording import action_text, counted, event_text, visible
+from exover.model.wording import action_text, counted, event_text, visible_lines
 
 DEMANDS: dict[Demand, str] = {
     "nothing": "does not object",
@@ -33,7 +33,7 @@ MANY = 8
 
 def render_text(model: Model, explanation: Explanation) -> str:
     """Return the explanation as text with a final newline."""
-    return "".join(f"{visible(line)}\n" for line in _lines(model, explanation))
+    return visible_lines(_lines(model, explanation))
 
 
 def _lines(model: Model, explanation: Explanation) -> Iterator[str]:

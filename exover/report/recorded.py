@@ -13,7 +13,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.model.wire import action_json, indented
 from exover.model.wire_reading import read_event
-from exover.model.wording import action_text, visible
+from exover.model.wording import action_text, visible_lines
 from exover.report.json import UnreadableReport, loaded, steps_json
 from exover.report.story import Story, story_lines, story_of
 
@@ -133,7 +133,7 @@ def _otherwise(step: int, answer: str) -> str:
 def render_text(recorded: Recorded, story: Story) -> str:
     """Return the finding and its run as text with a final newline."""
     head = f"{recorded.title}: {recorded.message}" if recorded.message else recorded.title
-    return "".join(f"{visible(line)}\n" for line in (head, *story_lines(story)))
+    return visible_lines((head, *story_lines(story)))
 
 
 def render_json(recorded: Recorded, story: Story) -> str:

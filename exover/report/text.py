@@ -8,7 +8,7 @@ from exover.loop.claim import VERDICTS, Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.trace import Trace
-from exover.model.wording import counted, visible
+from exover.model.wording import counted, visible_lines
 from exover.report.grouped import grouped
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
@@ -20,7 +20,7 @@ LONG = 200
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the report with a final newline; it has seconds only with `timings`."""
-    return "".join(f"{visible(line)}\n" for line in _lines(summary, timings))
+    return visible_lines(_lines(summary, timings))
 
 
 def _lines(summary: Summary, timings: bool) -> Iterator[str]:
