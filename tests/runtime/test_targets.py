@@ -234,7 +234,7 @@ def test_cppcheck_finds_what_is_explained_and_nothing_else(tmp_path: Path) -> No
     model = model_of(mutexes(8))
     write(model, build(model).tables, tmp_path)
     texts, addon = tmp_path / "texts", tmp_path / "addon.json"
-    texts.write_text("Appendix A Summary of guidelines\n" + "".join(map(RULE.format, *zip(*RULES, strict=True))))
+    texts.write_text("Appendix A Summary of guidelines\n" + "".join(RULE.format(*rule) for rule in RULES))
     addon.write_text(json.dumps({"script": "misra.py", "args": [f"--rule-texts={texts}"]}))
     for flags in JUDGED:
         command = ["cppcheck", f"--addon={addon}", "--std=c99", "--enable=warning,performance,portability", "--quiet"]
