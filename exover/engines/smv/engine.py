@@ -13,7 +13,7 @@ from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
 from exover.loop.claim import APPROXIMATE, CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict, believed
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, question_of
+from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, Stuck, question_of
 from exover.model.property import Properties
 from exover.model.trace import Disagreement, Trace
 from exover.ocrd.compile import Compiled
@@ -99,7 +99,7 @@ class NuSmv:
         """Return the run that was shown, and what is to be said of it. Raises `Disagreement` if it is none."""
         what = shown(text.names, printed)
         if what is None or not what.steps:
-            return Trace(()) if what is not None and _is_of_moments(claim) else None, ""
+            return Trace(()) if what is not None and _is_shown_by_one_moment(claim) else None, ""
         try:
             trace = concrete(text.names, self._replay.reference, what)
         except InvalidTrace as reason:
@@ -147,12 +147,12 @@ def _verdict(printed: str) -> Verdict:
     return "holds" if found[1] == "true" else "violated"
 
 
-def _is_of_moments(claim: Claim) -> bool:
-    """Return whether a claim is false iff some moment, or the start, is as it says that none is."""
+def _is_shown_by_one_moment(claim: Claim) -> bool:
+    """Return whether one moment shows that a claim is false: it is as none may be, or has no way to the goal."""
     if claim.formula is None or claim.linear:
         return False
     match question_of(claim.formula):
-        case AtStart() | Opposite(AtStart() | ExistsUntil(strict=False)):
+        case AtStart() | Opposite(AtStart() | ExistsUntil(strict=False) | Stuck()):
             return True
         case _:
             return False
