@@ -20,14 +20,17 @@ class InvalidTrace(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ShownRun:
-    """A printed run: for each step the event and the known values of the state after it; where its loop begins."""
+    """A printed run: for each step the event and the known values of the state after it; where its loop begins.
 
-    steps: tuple[tuple[int, dict[int, int]], ...]
+    An event of None is any: the program leaves out what its answer does not depend on.
+    """
+
+    steps: tuple[tuple[int | None, dict[int, int]], ...]
     loop_start: int | None
 
 
 def shown(names: SmvNames, printed: str) -> ShownRun | None:
-    """Return the run in the output of the program; None if there is none, or none with events.
+    """Return the run in the output of the program; None if there is none.
 
     Steps from the first one on that the assumptions forbid are left out.
     """
@@ -37,20 +40,18 @@ def shown(names: SmvNames, printed: str) -> ShownRun | None:
     tree = ElementTree.fromstring(printed[start:][: end - start + len("</counter-example>")])
     nodes = tree.findall("node")
     event_of = {name: number for number, name in enumerate(names.events)}
-    only = names.events[0] if len(names.events) == 1 else ""  # what is chosen among one is no input
     variable = {names.state(n): n for n in range(len(names.loop.variables))}
-    steps: list[tuple[int, dict[int, int]]] = []
+    steps: list[tuple[int | None, dict[int, int]]] = []
     for before, after in pairwise(nodes):
         inputs, states = _values(before, "input"), _values(after, "state")
-        event = event_of.get(inputs.get("environment.event", only))
-        if event is None or states.get("environment.live") == "FALSE":
+        if states.get("environment.live") == "FALSE":
             return ShownRun(tuple(steps), None) if steps else None
         known = {
             variable[name]: names.literals[variable[name]].index(value)
             for name, value in states.items()
             if name in variable
         }
-        steps.append((event, known))
+        steps.append((event_of.get(inputs.get("environment.event", "")), known))
     loops = [int(each) for each in (tree.findtext("loops") or "").split(",") if each.strip()]
     begins = min(loops) - 1 if loops else None
     return ShownRun(tuple(steps), begins if begins is not None and begins < len(steps) else None)
@@ -86,10 +87,11 @@ class _Follower:
         self.events: list[Event] = []
         self.keys = [self._state.key()]
 
-    def follow(self, step: tuple[int, dict[int, int]]) -> None:
+    def follow(self, step: tuple[int | None, dict[int, int]]) -> None:
         """Take a concrete step to a state with the printed values; raises `InvalidTrace` if there is none."""
         number, wanted = step
-        for event in concretes(self._loop, self._loop.events[number], self._state):
+        kinds = self._loop.events if number is None else self._loop.events[number : number + 1]
+        for event in (each for kind in kinds for each in concretes(self._loop, kind, self._state)):
             after, actions = self._reference.step(self._state, event)
             if any(isinstance(action, Invalid) for action in actions):
                 continue

@@ -148,6 +148,13 @@ def test_runs_that_end_and_runs_that_repeat_are_shown() -> None:
     assert run is not None and run.loop_start is None and len(run.moments) == 1
 
 
+def test_a_run_is_shown_where_no_event_matters() -> None:
+    made = compiled(model_of("spec s; poster b: bool = false; module m { request a(); } forbid f: b or not b;"))
+    (claim,) = (claim for claim in claims(made.model, NO_PROPERTIES) if claim.check == "completeness")
+    opinion = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(claim)
+    assert opinion.verdict == "violated" and opinion.trace is not None and len(opinion.trace.moments) == 1
+
+
 def test_a_run_that_the_reference_does_not_have_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     made = compiled(model_of(STARVING))
     (claim,) = (claim for claim in _about(made) if claim.check == "obligation")
