@@ -30,6 +30,8 @@ CONTRADICTORY = "the assumptions contradict each other"
 """Why a claim with `coherent` is violated, whatever its formula."""
 CONTRADICTION = f"{CONTRADICTORY}: from here on they forbid every step"
 """The same, for a run that leads to a moment without an allowed step."""
+UNFAIR = f"{CONTRADICTORY}: on no run that they leave are reports fair"
+"""The same, where the start already lies on no fair run."""
 APPROXIMATE = "it rests on runs through compared reals, which may have no concrete one"
 """The reason of `unknown` where a loop that may have too many runs does not decide a claim (`believed`)."""
 

@@ -1,7 +1,8 @@
-"""What the start alone shows, and lassos where every run breaks a property: every engine shows the same kind of run."""
+"""What the start alone shows, lassos of what every run breaks, and contradictions: every engine shows the same run."""
 
 import pytest
 
+from exover.checks.questions.property import is_contradiction
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import EngineName
 from exover.checks.schedule.plan import CheckPlan
@@ -41,3 +42,26 @@ def test_a_run_of_no_step_shows_what_is_false_at_the_start_and_ltl_has_a_lasso(n
     for subject in ("first", "at_once", "ever"):
         trace = runs[subject]
         assert trace is not None and trace.loop_start is not None
+
+
+STEPLESS = "assume always launched(m.a);"
+"""After one launch there is no other."""
+UNFAIR = "assume always active(m.a); assume never ended(m.a); assume fair reports;"
+
+
+@pytest.mark.parametrize(
+    ("name", "assumed", "steps"),
+    [
+        *((name, STEPLESS, 1) for name in ("aig", "bdd")),
+        ("bdd", UNFAIR, 0),
+        *(pytest.param("nusmv", assumed, steps, marks=needs_nusmv) for assumed, steps in ((STEPLESS, 1), (UNFAIR, 0))),
+    ],
+)
+def test_a_run_leads_to_where_the_assumptions_contradict_each_other(name: EngineName, assumed: str, steps: int) -> None:
+    model = model_of(SPEC)
+    properties = load_properties(Source("s.prop", f"{PROPERTIES}{assumed}"), model).properties
+    assert properties is not None
+    outcome = check_all(compiled(model), lambda _: None, CheckPlan({"property"}, properties, every_engine((name,))))
+    for each in outcome.findings:
+        assert each.verdict == "violated" and is_contradiction(each.message)
+        assert each.trace is not None and len(each.trace.moments) == steps

@@ -2,7 +2,7 @@
 
 from exover.checks.finding import Finding
 from exover.checks.questions.question import WITNESS, Check, Context, Question, Subjects
-from exover.loop.claim import CONTRADICTION, CONTRADICTORY, Claim
+from exover.loop.claim import CONTRADICTION, UNFAIR, Claim
 from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
 from exover.model.trace import Trace
@@ -10,7 +10,6 @@ from exover.model.trace import Trace
 IFF = "the property of the properties file"
 HOLDS = "it is true of every run that the assumptions leave"
 VIOLATED = "it is not true of the runs that the assumptions leave"
-UNFAIR = f"{CONTRADICTORY}: on no run that they leave are reports fair"
 VACUOUS = "it holds, but only because its premise is never true"
 ASSUMPTIONS = "assumptions"
 

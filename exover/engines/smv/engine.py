@@ -11,7 +11,17 @@ from exover.engines.smv.program import ProgramAnswers, ask
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
-from exover.loop.claim import APPROXIMATE, CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict, believed
+from exover.loop.claim import (
+    APPROXIMATE,
+    CONTRADICTION,
+    CONTRADICTORY,
+    NO_FORMULA,
+    UNFAIR,
+    Claim,
+    Opinion,
+    Verdict,
+    believed,
+)
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, Stuck, question_of
 from exover.model.property import Properties
@@ -25,7 +35,7 @@ ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
 SHOWING = 20.0
 """The seconds that the program may take to show runs, once it is known which specifications are false."""
 SILENT = "NuSMV says nothing of it, so that it may be some other program"
-CONTRADICTION = f"{CONTRADICTORY}, so it is about nothing"
+ABOUT_NOTHING = f"{CONTRADICTORY}, so it is about nothing"
 
 
 @dataclass
@@ -74,7 +84,7 @@ class NuSmv:
             if failed is None:
                 found.append(self._opinion(text, claim, said, runs))
             elif failed.verdict == "violated" and not claim.coherent:
-                found.append(Opinion("unknown", "", CONTRADICTION))
+                found.append(Opinion("unknown", "", ABOUT_NOTHING))
             else:
                 found.append(failed)
         return found
@@ -90,16 +100,19 @@ class NuSmv:
         verdict = _verdict(said.of.get(name, ""))
         if verdict == "unknown":
             return Opinion(verdict, "", said.stopped or SILENT)
-        trace, message = self._trace(text, claim, runs.of.get(name, ""))
+        trace, message = self._trace(text, runs.of.get(name, ""), _is_shown_by_one_moment(claim))
         if text.loop.approximate and not believed(claim, verdict, trace is not None):
             return Opinion("unknown", "", message or APPROXIMATE)
         return Opinion(verdict, METHOD, message, trace)
 
-    def _trace(self, text: Text, claim: Claim, printed: str) -> tuple[Trace | None, str]:
-        """Return the run that was shown, and what is to be said of it. Raises `Disagreement` if it is none."""
+    def _trace(self, text: Text, printed: str, alone: bool) -> tuple[Trace | None, str]:
+        """Return the run that was shown, and what is to be said of it. Raises `Disagreement` if it is none.
+
+        `alone`: a run of no step shows it, if the start is as it must not be.
+        """
         what = shown(text.names, printed)
         if what is None or not what.steps:
-            return Trace(()) if what is not None and _is_shown_by_one_moment(claim) else None, ""
+            return Trace(()) if what is not None and alone else None, ""
         try:
             trace = concrete(text.names, self._replay.reference, what)
         except InvalidTrace as reason:
@@ -133,8 +146,17 @@ class NuSmv:
             if verdict == "unknown":
                 self._assumed[fair] = Opinion(verdict, "", said.stopped or SILENT)
             else:
-                self._assumed[fair] = None if verdict == wanted else Opinion("violated", METHOD, CONTRADICTORY)
+                self._assumed[fair] = None if verdict == wanted else self._contradiction(text, spec.name)
         return self._assumed[fair]
+
+    def _contradiction(self, text: Text, name: str) -> Opinion:
+        """Return the opinion that the assumptions contradict each other, with the run to where they do."""
+        if text.fair:
+            return Opinion("violated", METHOD, UNFAIR, Trace(()))
+        trace, message = self._trace(text, self._asked(text, [name]).of.get(name, ""), alone=True)
+        if trace is None and text.loop.approximate:
+            return Opinion("unknown", "", message or APPROXIMATE)
+        return Opinion("violated", METHOD, CONTRADICTORY if trace is None else CONTRADICTION, trace)
 
 
 def _verdict(printed: str) -> Verdict:
