@@ -215,6 +215,15 @@ def all_until(left: Formula, right: Formula) -> Formula:
     return Conjunction((Negation(SomeUntil(Negation(right), neither)), Negation(SomeAlways(Negation(right)))))
 
 
+def until_of(formula: Formula) -> tuple[Formula, Formula] | None:
+    """Return the two parts of a formula that `all_until` has made; None if it has not."""
+    match formula:
+        case Conjunction((Negation(SomeUntil(Negation(right), Conjunction((Negation(left), _)))), _)):
+            return (left, right) if formula == all_until(left, right) else None
+        case _:
+            return None
+
+
 def finally_(part: Formula) -> Formula:
     """Return LTL `F part`."""
     return Until(TRUE, part)

@@ -22,6 +22,7 @@ property first: ltl G not active(m.a);
 property at_once: ltl G past(m.a);
 property ever: ltl G not launched(m.a);
 property from_here: from not past(m.a) possible asked(m.a) and ended(m.a);
+property at_last: active(m.a) until past(m.a);
 property from_anywhere: always possible asked(m.a) and ended(m.a);
 """
 ENGINES = ("aig", "bdd", "z3", pytest.param("nusmv", marks=needs_nusmv))
@@ -36,7 +37,7 @@ def test_a_run_of_no_step_shows_what_is_false_at_the_start_and_ltl_has_a_lasso(n
     outcome = check_all(compiled(model), lambda _: None, CheckPlan(asked, properties, every_engine((name,))))
     runs = {each.subject: each.trace for each in outcome.findings}
     assert {each.verdict for each in outcome.findings} == {"violated"}
-    for subject in ("f", "never_so", "always_so", "all_so", "from_here", "from_anywhere"):
+    for subject in ("f", "never_so", "always_so", "all_so", "at_last", "from_here", "from_anywhere"):
         trace = runs[subject]
         assert trace is not None and trace.moments == ()
     for subject in ("first", "at_once", "ever"):

@@ -19,6 +19,7 @@ from exover.model.property import (
     Until,
     atoms,
     subformulas,
+    until_of,
 )
 from exover.model.run_moments import is_true, moments_of
 from exover.model.semantics import Reference
@@ -33,9 +34,10 @@ ABORTS = 2
 
 def how_broken(prop: Property, trace: Trace | None) -> str:
     """Return, in words, how a run breaks a property."""
+    until = until_of(prop.formula)
     match prop.form, prop.formula:
-        case "until", Conjunction((Negation(SomeUntil(_, Conjunction(neither))), _)) if trace:
-            first, second = (each.part for each in neither if isinstance(each, Negation))
+        case "until", _ if trace and until:
+            first, second = until
             if trace.loop_start is not None:
                 return f"a run never comes to {_phrase(second, 'the second')}"
             return f"a run gives up {_phrase(first, 'the first')} before {_phrase(second, 'the second')}"

@@ -24,7 +24,7 @@ from exover.loop.claim import (
 )
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.formula_classes import AtStart, ExistsUntil, Opposite, Stuck, question_of
-from exover.model.property import Properties
+from exover.model.property import Properties, momentary, until_of
 from exover.model.trace import Disagreement, Trace
 from exover.ocrd.compile import Compiled
 from exover.ocrd.trace_replay import TraceReplay
@@ -173,6 +173,8 @@ def _is_shown_by_one_moment(claim: Claim) -> bool:
     """Return whether one moment shows that a claim is false: it is as none may be, or has no way to the goal."""
     if claim.formula is None or claim.linear:
         return False
+    if (until := until_of(claim.formula)) is not None:
+        return all(map(momentary, until))
     match question_of(claim.formula):
         case AtStart() | Opposite(AtStart() | ExistsUntil(strict=False) | Stuck()):
             return True

@@ -23,6 +23,7 @@ from exover.model.property import (
     Until,
     momentary,
     parts_of,
+    until_of,
 )
 
 WriteMomentary = Callable[[Formula], str]
@@ -94,6 +95,9 @@ class Writer:
             case Negation(part):
                 return f"!{self.write(part)}"
             case Conjunction(parts):
+                until = until_of(formula)
+                if until is not None:  # of which NuSMV shows runs, as it does not of a conjunction
+                    return f"A [{self.write(until[0])} U {self._if_live(until[1])}]"
                 return f"({' & '.join(self.write(part) for part in parts)})"
             case Disjunction((Negation(left), right)):
                 return f"({self.write(left)} -> {self.write(right)})"

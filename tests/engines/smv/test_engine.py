@@ -30,6 +30,7 @@ from exover.model.property import (
     Next,
     Properties,
     all_always,
+    all_until,
     implies,
     some_finally,
 )
@@ -146,6 +147,14 @@ def test_runs_that_end_and_runs_that_repeat_are_shown() -> None:
     lasso, run = opinions["starvation"].trace, opinions["obligation"].trace
     assert lasso is not None and lasso.loop_start is not None
     assert run is not None and run.loop_start is None and len(run.moments) == 1
+
+
+def test_a_run_is_shown_that_breaks_until() -> None:
+    made = compiled(model_of(STARVING))
+    hot, asked = Atom(Compare("==", Reading("hot"), Const(True))), Happened("asked", "a.r")
+    claim = Claim("property", "p", all_until(Negation(hot), Conjunction((asked, hot))))
+    opinion = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(claim)
+    assert opinion.verdict == "violated" and opinion.trace is not None and len(opinion.trace.moments) >= 1
 
 
 def test_a_run_is_shown_where_no_event_matters() -> None:
