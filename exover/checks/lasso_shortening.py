@@ -51,6 +51,17 @@ def shortened(trace: Trace, reference: Reference, claim: Claim, properties: Prop
     return trace if best == given else run(reference, best.stem + best.loop, len(best.stem))
 
 
+def at_rest(trace: Trace, reference: Reference, claim: Claim, properties: Properties) -> Trace:
+    """Return a run on which the claim is false, whose loop is an observation of what is so already, for a finite run
+    after which it is false whatever follows; the given run if nothing such is found.
+    """
+    assert claim.formula is not None
+    shows = _Shows(reference, Negation(claim.formula), claim.fair, properties)
+    tried = _resting(reference, _Lasso(trace.events, ()), len(trace.moments) + LONGEST)
+    found = next(filter(shows, tried), None)
+    return trace if found is None else run(reference, found.steps, len(found.stem))
+
+
 def guesses(claim: Claim) -> bool:
     """Return whether a monitor of lassos that violate a claim is nondeterministic: they need not end in states in which
     one condition stays true.

@@ -9,6 +9,7 @@ from exover.checks.questions import property as property_check
 from exover.checks.questions import starvation
 from exover.checks.run import check_all
 from exover.checks.schedule.engines import Engines
+from exover.checks.schedule.examination import Examination
 from exover.checks.schedule.plan import CheckPlan
 from exover.loop.claim import Claim
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
@@ -165,6 +166,27 @@ def test_once_a_prefix_violates_a_property_what_is_active_is_reported_and_nothin
     found = shortened(given, reference, property_check.claim(model, properties, "q"), properties)
     assert (found.events[5:], found.loop_start) == ((down_ends, a_ends, b_ends, READ), 8)
     assert set(found.events[:5]) == set(begun)
+
+
+@pytest.mark.parametrize(
+    ("said", "begun", "wanted"),
+    [
+        ("ltl G p", (Observe("p", False),), (Observe("p", False), Observe("p", False))),
+        ("ltl G !launched(m.c); assume fair reports", (START,), (START, END, READ)),
+        ("ltl G !launched(m.c); assume always active(m.c)", (START, WAIT), (START, READ)),
+        ("ltl G !launched(m.c); assume never (p and not asked(m.c))", (START,), (START,)),
+    ],
+)
+def test_a_run_that_violates_a_formula_whatever_follows_goes_on_at_rest_if_it_may(
+    said: str, begun: tuple[Event, ...], wanted: tuple[Event, ...]
+) -> None:
+    model = model_of(SPEC.replace("POSTERS", POSTER))
+    properties = load_properties(Source("s.prop", f"for s; property q: {said};"), model).properties
+    assert properties is not None
+    ((check, question),) = CheckPlan({"property"}, properties).questions(model)
+    finding = question.violated("it is false", run(Reference(model), begun))
+    found = Examination(compiled(model), properties).confirmed(check, finding).trace
+    assert found == run(Reference(model), wanted, None if wanted == begun else len(wanted) - 1)
 
 
 def of_starvation(spec: str, events: tuple[Event, ...], loop: int, request: str) -> Trace:

@@ -4,11 +4,11 @@ from dataclasses import replace
 from functools import cached_property
 
 from exover.checks.finding import Counted, Finding
-from exover.checks.lasso_shortening import guesses, shortened
+from exover.checks.lasso_shortening import at_rest, guesses, shortened
 from exover.checks.questions.question import Check, Context
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
-from exover.loop.claim import Claim, Progress
+from exover.loop.claim import CONTRADICTORY, Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.plain_runs import PlainRuns
 from exover.model.property import Properties
@@ -42,14 +42,19 @@ class Examination:
         return check.claim(self.compiled.model, self.properties, subject)
 
     def confirmed(self, check: Check, finding: Finding) -> Finding:
-        """Return the finding with its trace made of plain numbers, a lasso shortened, and confirmed on the tables."""
+        """Return the finding with its trace made of plain numbers, a lasso shortened, and confirmed on the tables.
+
+        What is said of endless runs is shown by one, also where an engine had time for its beginning alone.
+        """
         trace, reference = finding.trace, self._replay.reference
         if trace:
             trace = self._plain.of(trace, reference)
+            claim = self.claim(check, finding.subject)
             if trace.loop_start is not None:
-                claim = self.claim(check, finding.subject)
                 if finding.engine != "aig" or guesses(claim):  # otherwise `aig` has shortened it already
                     trace = shortened(trace, reference, claim, self.properties)
+            elif claim.linear and finding.verdict == "violated" and CONTRADICTORY not in finding.message:
+                trace = at_rest(trace, reference, claim, self.properties)
             self._replay.confirm(trace)
         return replace(finding, trace=trace)
 
