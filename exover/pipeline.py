@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from exover.ocrd.tables import Tables
     from exover.run.simulate import Engine
     from exover.swap.prove import AskProperties, SwapAnswer
-    from exover.syntax.includes import ReadPart
+    from exover.syntax.includes import JoinPath, ReadPart
 
 CheckerName = Literal["reference", "tables", "c", "rust"]
 EmitTarget = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
@@ -90,12 +90,15 @@ class DiffSide:
     properties: Properties
 
 
-def load(source: Source, read: "ReadPart | None" = None) -> Loaded:
-    """Return the model of a spec, or its mistakes; `read` reads included files, without it an include is a mistake."""
+def load(source: Source, read: "ReadPart | None" = None, join: "JoinPath | None" = None) -> Loaded:
+    """Return the model of a spec, or its mistakes; `read` reads included files, without it an include is a mistake.
+
+    `join` names them (default: as files of this system).
+    """
     from exover.resolve import resolve
     from exover.syntax.includes import gather
 
-    whole, spec, mistakes, _ = gather(source, read)
+    whole, spec, mistakes, _ = gather(source, read, join=join)
     if spec is None:
         return Loaded(whole, None, mistakes)
     model, more = resolve(spec, whole)

@@ -2,7 +2,9 @@
 
 import errno
 import os
+import posixpath
 import subprocess
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -41,21 +43,24 @@ class Revision:
 
     def model(self) -> Model:
         """Return the model of the spec; if it has mistakes, they go to standard error, and `CliError` is raised."""
-        return model_of(load(source_of(f"{self._top}{self._path}", self._content(self._path)), self._part))
+        return model_of(load(source_of(self.shown(), self._content(self._path)), self._part, self._joined))
 
-    @property
-    def _top(self) -> str:
-        """The name of the topmost folder while files are read: a folder, so that each path from a file is within it."""
-        return f"{self.name}:/"
+    def _joined(self, name: str, path: str) -> str:
+        """Return the name of a file, REVISION:PATH, by its path from the file of this name."""
+        folder = self._within(name).parent
+        return self.shown(PurePosixPath(posixpath.normpath(folder / path)))
 
-    def _part(self, path: str, most: int) -> bytes:
+    def _within(self, name: str) -> PurePosixPath:
+        """Return the path from the root of the repository that is in a name as `shown` returns it."""
+        return PurePosixPath(name.removeprefix(f"{self.name}:"))
+
+    def _part(self, name: str, most: int) -> bytes:
         """Return the first `most` bytes of an included file; `OSError` if there is none."""
-        try:
-            if path.startswith(self._top):
-                return self._content(PurePosixPath(os.path.normpath(path.removeprefix(self._top))))[:most]
-        except CliError:
-            pass
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
+        path = self._within(name)
+        if ".." not in path.parts:  # which git would take from the folder where it is called
+            with suppress(CliError):
+                return self._content(path)[:most]
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
 
     def properties(self, model: Model) -> Properties:
         """Return the properties that the spec had at the revision; the file is searched as in the work tree."""

@@ -20,6 +20,9 @@ MAX_NESTED = 64
 ReadPart = Callable[[str, int], bytes]
 """Returns the content of a file, at most so many bytes of it; raises `OSError` if it cannot be read."""
 
+JoinPath = Callable[[str, str], str]
+"""Returns the name of a file by the name of the file that includes it and the path there."""
+
 ParseSpec = Callable[[Source], tuple[Spec | None, tuple[Diagnostic, ...]]]
 
 
@@ -36,15 +39,16 @@ class Gathered(NamedTuple):
     order: tuple[Span, ...]
 
 
-def gather(source: Source, read: ReadPart | None, parse: ParseSpec = parse) -> Gathered:
+def gather(source: Source, read: ReadPart | None, parse: ParseSpec = parse, join: JoinPath | None = None) -> Gathered:
     """Return a spec with all that it includes. Paths in a file are relative to the folder of that file.
 
     Without `read` the text stands in no folder, and any include is a mistake. `parse` parses the text of the spec.
+    `join` names the parts (default: `joined`, for files of this system).
     """
     tree, mistakes = parse(source)
     if tree is None or not any(isinstance(item, Include) for item in tree.items):
         return Gathered(source, tree, mistakes, (source.span,))
-    reader = _Reader(source, read)
+    reader = _Reader(source, read, join or joined)
     items = tuple(reader.items(source, tree, (source.name,), source.base))
     found = sorted(reader.mistakes, key=lambda mistake: mistake.span.start if mistake.span else 0)
     whole = Source(source.name, source.text, source.base, tuple(reader.parts))
@@ -76,11 +80,11 @@ def original(gathered: Gathered, offset: int) -> int:
 class _Reader:
     """Reads the parts; it holds those read so far. `order` as in `Gathered`."""
 
-    def __init__(self, root: Source, read: ReadPart | None) -> None:
+    def __init__(self, root: Source, read: ReadPart | None, join: JoinPath) -> None:
         self.parts: list[Source] = []
         self.mistakes: list[Diagnostic] = []
         self.order: list[Span] = []
-        self._read = read
+        self._read, self._join = read, join
         self._known = {os.path.realpath(root.name)}
         self._room = MAX_BYTES - len(root.text.encode("utf-8", "surrogatepass"))
         self._tokens = sum(token.kind != END for token in tokens(root.text, []))
@@ -121,7 +125,7 @@ class _Reader:
         if fault:
             self._refuse("E008", f"{quote(include.path)} {fault}", include)
             return ""
-        name = joined(file.name, include.path)
+        name = self._join(file.name, include.path)
         real = os.path.realpath(name)
         leading = [os.path.realpath(each) for each in chain]
         if self._read is None:

@@ -301,7 +301,22 @@ def test_no_part_of_a_revision_is_outside_of_it(run, tmp_path: Path) -> None:
     repository(tmp_path, **{"specs/s.exo": 'spec s; include "../../p.exo";', "p.exo": PART})
     done = run("diff", "specs/s.exo", "--against", "HEAD")
     assert done.returncode == 2
-    assert "cannot read" in done.stderr
+    assert "cannot read `HEAD:../p.exo`" in done.stderr
+
+
+@pytest.mark.parametrize(("spec", "part"), [("s.exo", "parts/p.exo"), ("specs/s.exo", "../parts/p.exo")])
+def test_mistakes_of_a_revision_are_named_as_git_names_its_files(run, tmp_path: Path, spec: str, part: str) -> None:
+    wrong = f'{PART} include "../parts/p.exo"; limit none: at most 1 of p.t;'
+    repository(tmp_path, **{spec: f'spec s; include "{part}"; mutex one: p.q, p.none;', "parts/p.exo": wrong})
+    said = run("diff", spec, "--against", "HEAD").stderr
+    assert "`HEAD:parts/p.exo` includes itself" in said
+    assert " --> HEAD:parts/p.exo:1:" in said
+    (tmp_path / "parts" / "p.exo").write_text(f"{PART} limit none: at most 1 of p.t;")
+    git(tmp_path, "commit", "-qam", "second")
+    said = run("diff", spec, "--against", "HEAD").stderr
+    assert f" --> HEAD:{spec}:1:" in said
+    assert " --> HEAD:parts/p.exo:1:" in said
+    assert f"error: HEAD:{spec} has mistakes" in said
 
 
 def test_the_repository_is_that_of_the_spec_in_a_hook_too(run, tmp_path: Path) -> None:
