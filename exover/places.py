@@ -129,19 +129,25 @@ def read_part(path: str, most: int) -> bytes:
         return file.read(most)
 
 
-def find_including(part: str, unclear: bool = False) -> list[str]:
-    """Return the specs that include a part, directly or not: of its folder, the one above, and the folders in that.
+def find_including(*parts: str, unclear: bool = False) -> list[str]:
+    """Return the specs that include one of the parts, directly or not.
 
-    `unclear`: also those of which this is unknown, because they or a part of theirs cannot be decoded as text.
-    Raises `OSError` if a folder or a file in it cannot be read.
+    They are looked for in the folder of a part, the one above, and the folders in that. `unclear`: also those of which
+    this is unknown, because they or a part of theirs cannot be decoded as text. Raises `OSError` if a folder or a file
+    in it cannot be read.
     """
-    folder = Path(part).parent
-    above = Path(os.path.normpath(folder / ".."))
-    places = dict.fromkeys(os.path.realpath(each) for each in (folder, above, *sorted(above.glob("*/"))))
-    mine = os.path.realpath(part)
+    places: dict[str, None] = {}
+    for folder in dict.fromkeys(Path(part).parent for part in parts):
+        above = Path(os.path.normpath(folder / ".."))
+        places.update(dict.fromkeys(os.path.realpath(each) for each in (folder, above, *sorted(above.glob("*/")))))
+    mine = set(map(os.path.realpath, parts))
     files = [file for place in places for file in sorted(Path(place).glob(f"*{SPEC}")) if file.is_file()]
     specs = {file: files_of(str(file)) for file in files if not is_part(str(file))}
-    return [_near(spec) for spec, read in specs.items() if mine in read or (unclear and not all(map(_is_text, read)))]
+    return [
+        _near(spec)
+        for spec, read in specs.items()
+        if not mine.isdisjoint(read) or (unclear and not all(map(_is_text, read)))
+    ]
 
 
 def _is_text(file: str) -> bool:

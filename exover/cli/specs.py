@@ -38,7 +38,7 @@ def specs_of(paths: Iterable[str], changed: bool = False) -> SpecFiles:
 def _meant(path: str) -> list[str]:
     """Return the specs that one argument stands for."""
     if path != "-" and os.path.isdir(path):
-        return _some(_below(Path(path)), f"{path} holds no {SPEC} file")
+        return _in_folder(path)
     if path.endswith(SUFFIX):
         return _some(_readers(path), f"{path} is read by no spec: it is called as none, and is for none, in its places")
     if os.path.basename(path) == CONFIG:
@@ -53,9 +53,25 @@ def _some(specs: Iterable[str], otherwise: str) -> list[str]:
     return found
 
 
-def _below(folder: Path) -> Iterator[str]:
-    for file in sorted(map(Path, below(str(folder), (SPEC,), _refuse))):
-        if file.is_file() and not file.name.startswith(".") and not _is_part(str(file)):
+def _in_folder(folder: str) -> list[str]:
+    """Return the specs in a folder and below; `CliError` says where to go if there are only parts, or nothing."""
+    files = list(_below(folder))
+    specs = [file for file in files if not _is_part(file)]
+    if specs:
+        return specs
+    if not files:
+        raise CliError(f"{folder} holds no {SPEC} file")
+    only_parts = f"{folder} holds parts and no spec"
+    outside = _some(
+        _asked(find_including, *files), f"{only_parts}; no spec beside it includes one: write one that does"
+    )
+    raise CliError(f"{only_parts}; name what includes them: {', '.join(outside)}")
+
+
+def _below(folder: str) -> Iterator[str]:
+    """Yield the specs and parts in a folder and below."""
+    for file in sorted(map(Path, below(folder, (SPEC,), _refuse))):
+        if file.is_file() and not file.name.startswith("."):
             yield str(file)
 
 
@@ -81,9 +97,9 @@ def _readers(properties: str) -> list[str]:
     return _asked(find_specs, properties)
 
 
-def _asked(look: Callable[[str], list[str]], file: str) -> list[str]:
+def _asked(look: Callable[..., list[str]], *files: str) -> list[str]:
     try:
-        return look(file)
+        return look(*files)
     except OSError as error:
         _refuse(error)
 
@@ -91,7 +107,7 @@ def _asked(look: Callable[[str], list[str]], file: str) -> list[str]:
 def _configured(config: str) -> Iterator[str]:
     """Yield the specs whose nearest configuration is this file."""
     mine = os.path.realpath(config)
-    for spec in _below(Path(config).parent):
-        nearest = find_config(spec)
+    for file in _below(str(Path(config).parent)):
+        nearest = None if _is_part(file) else find_config(file)
         if nearest is not None and os.path.realpath(nearest) == mine:
-            yield spec
+            yield file

@@ -102,7 +102,10 @@ def test_of_a_folder_parts_are_left_out(run, demo):
     assert done.stdout.endswith("1 spec: 1 holds\n")
     done = run("check", "parts")
     assert done.returncode == 2
-    assert done.stderr == "exover: error: parts holds no .exo file\n"
+    assert done.stderr == "exover: error: parts holds parts and no spec; name what includes them: demo.exo\n"
+    (demo / "demo.exo").unlink()
+    none = "parts holds parts and no spec; no spec beside it includes one: write one that does"
+    assert run("check", "parts").stderr == f"exover: error: {none}\n"
 
 
 def test_a_part_that_has_changed_stands_for_its_specs(run, demo):
