@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from exover.explain import counterfactuals
-from exover.explain.counterfactuals import LEAST, TERMS, WORK
+from exover.explain.counterfactuals import LEAST, TERMS
 from exover.explain.explain import explain
 from exover.explain.intervals import Interval, described, intervals
 from exover.explain.source_text import written
@@ -338,18 +338,23 @@ def test_trials_are_fewer_where_conditions_are_long(monkeypatch: pytest.MonkeyPa
     assert LEAST < found.search.tried <= terms // len(names)
 
 
-def test_a_search_that_is_cut_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(counterfactuals, "WORK", WORK // 20)
-    names = range(60)
+@pytest.mark.parametrize("budget", ["WORK", "TERMS"])
+def test_a_search_that_either_budget_cuts_says_so(monkeypatch: pytest.MonkeyPatch, budget: str) -> None:
+    names = range(4)
     checks = "".join(f"check p{i} > 4; " for i in names)
     posters = "".join(f"poster p{i}: int in 0 .. 9 = 0; " for i in names)
-    pairs = "".join("mutex m.b, m.c; " for _ in range(100))
-    spec = Source(
-        "cut.exo", f"spec cut; {posters} module m {{ request a() {{ {checks} }} request b(); request c(); }} {pairs}"
-    )
-    found = told('{"ask": "m.a"}', spec=spec)
-    assert found.search is not None
-    assert not found.search.complete
+    spec = Source("cut.exo", f"spec cut; {posters} module m {{ request a() {{ {checks} }} }}")
+    for each in ("WORK", "TERMS"):
+        monkeypatch.setattr(counterfactuals, each, 1 << 60)
+    whole = told('{"ask": "m.a"}', spec=spec).search
+    assert whole is not None
+    assert whole.complete
+    assert whole.tried > LEAST
+    monkeypatch.setattr(counterfactuals, budget, 1)
+    cut = told('{"ask": "m.a"}', spec=spec).search
+    assert cut is not None
+    assert not cut.complete
+    assert cut.tried == LEAST
     assert "the search was cut there" in text('{"ask": "m.a"}', spec=spec)[-1]
 
 
