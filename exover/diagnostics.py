@@ -9,6 +9,7 @@ from difflib import SequenceMatcher, get_close_matches
 from typing import Literal
 
 from exover.dataclass import dataclass
+from exover.escaping import visible
 from exover.manual import mend, page
 from exover.source import TAB_WIDTH, Source, Span
 
@@ -160,13 +161,13 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
     """
     lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
     if diagnostic.span is None:
-        lines.append(f"  --> {_visible(source.name)}")
+        lines.append(f"  --> {_shown(source.name)}")
         gutter = ""
     else:
         file, line, column = source.place(diagnostic.span.start)
         gutter = " " * len(str(line))
         shown, mark = _excerpt(source, diagnostic.span)
-        lines.append(f"{gutter} --> {_visible(file)}:{line}:{column}")
+        lines.append(f"{gutter} --> {_shown(file)}:{line}:{column}")
         lines.append(f"{gutter} |")
         lines.append(f"{line} | {shown}".rstrip())
         lines.append(f"{gutter} | {mark} {diagnostic.label}".rstrip())
@@ -193,26 +194,24 @@ def _excerpt(source: Source, span: Span) -> tuple[str, str]:
     if right - left > LINE_WIDTH:
         left = max(left, start - LINE_WIDTH // 3)
         right = min(right, left + LINE_WIDTH)
-    before = _visible(source.slice(Span(left, start)))
-    inside = _visible(source.slice(Span(start, min(end, right))))
-    after = _visible(source.slice(Span(min(end, right), right)))
+    before = _shown(source.slice(Span(left, start)))
+    inside = _shown(source.slice(Span(start, min(end, right))))
+    after = _shown(source.slice(Span(min(end, right), right)))
     opening = "… " if left > whole.start else ""
     closing = " …" if right < whole.end else ""
     mark = " " * len(opening + before) + "^" * max(len(inside), 1)
     return opening + before + inside + after + closing, mark
 
 
-def _visible(text: str) -> str:
-    return "".join(
-        " " * TAB_WIDTH if character == "\t" else character if character.isprintable() else "\ufffd"
-        for character in text
-    )
+def _shown(text: str) -> str:
+    """Return a part of a line as it is shown, `visible` and with blanks for tabs."""
+    return visible(text.replace("\t", " " * TAB_WIDTH))
 
 
 def quote(text: str) -> str:
     """Return the user's ``text`` in backticks, on one line, cut to QUOTE_WIDTH characters."""
     cut = text if len(text) <= QUOTE_WIDTH else text[: QUOTE_WIDTH - 1] + "…"
-    return f"`{_visible(cut)}`"
+    return f"`{_shown(cut)}`"
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:

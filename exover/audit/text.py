@@ -6,8 +6,9 @@ from datetime import UTC, datetime
 
 from exover.audit.result import Audit, MissionResult, rules_of
 from exover.audit.trail import ANSWERS, DIVERGENCES, AuditRow, MissionFigures
+from exover.escaping import visible_lines
 from exover.model.model import Model
-from exover.model.wording import counted, slot_text, visible_lines
+from exover.model.wording import counted, slot_text
 
 SHOWN = 10
 """The most divergences of a mission that are listed."""

@@ -13,10 +13,10 @@ from exover.cli.simulate import lines_in, no_event, open_events
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.diagnostics import did_you_mean
+from exover.escaping import visible
 from exover.manual import FILES, Page, page, pages
 from exover.model.explanation import Explanation
 from exover.model.model import Model
-from exover.model.wording import visible
 from exover.pipeline import explain
 from exover.report import explanation as report
 from exover.report.json import UnreadableReport

@@ -7,7 +7,7 @@ from exover.cli.files import read_text, shown
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import quote
-from exover.model.wording import visible
+from exover.escaping import visible
 from exover.report.json import UnreadableReport
 from exover.report.recorded import Recorded, choose, read
 

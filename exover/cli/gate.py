@@ -13,6 +13,7 @@ from exover.checks.schedule.plan import CheckPlan
 from exover.cli.files import read_source, read_spec, shown, standard_input, whole
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out, unwaited_complaints
+from exover.escaping import visible
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, Journal, checker_of
 from exover.gate.journal import JournalFile, Take, no_journal, stamped
@@ -20,7 +21,7 @@ from exover.gate.mcp.proxy import McpProxy
 from exover.gate.mcp.session import McpSession
 from exover.gate.reading import read_binding
 from exover.model.model import Model
-from exover.model.wording import counted, visible
+from exover.model.wording import counted
 from exover.pipeline import Build, build, check
 from exover.run.simulate import Engine
 

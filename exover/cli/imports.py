@@ -10,8 +10,8 @@ from exover.cli.named_files import outputs_of
 from exover.cli.overwriting import refuse_over
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain
+from exover.escaping import visible
 from exover.imports.part import Imported, UnreadableDescription
-from exover.model.wording import visible
 from exover.source import Source
 from exover.syntax.lex import RESERVED
 

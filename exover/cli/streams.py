@@ -9,6 +9,7 @@ from typing import Self
 
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.unread import MessageWriter
+from exover.escaping import visible_lines
 
 PATIENCE = 1.0
 """Seconds that messages get to be written when a service ends."""
@@ -73,10 +74,7 @@ def complain(text: str) -> None:
     Complaints.count += 1
     if text.startswith("exover: "):
         text = text.replace("\n", "\n  ")
-    shown = "\n".join(
-        "".join(character if character.isprintable() else "\ufffd" for character in line) for line in text.split("\n")
-    )
-    _to_stderr(f"{shown}\n")
+    _to_stderr(visible_lines(text.split("\n")))
 
 
 def settle(status: int) -> int:

@@ -6,10 +6,10 @@ from exover.cli.check import STATUS
 from exover.cli.files import read_spec, refuse_unwritable, shown, write_one
 from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
+from exover.escaping import visible_lines
 from exover.limits import Limits, TimeUp, interrupted, limits_from
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
-from exover.model.wording import visible_lines
 from exover.pipeline import Build, build, property_findings, swap
 from exover.swap.prove import SwapAnswer
 

@@ -9,8 +9,8 @@ from exover.checks.questions import SEVERITY
 from exover.cli.files import read_bytes, read_properties, read_spec, shown
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
+from exover.escaping import visible_lines
 from exover.model.model import Model
-from exover.model.wording import visible_lines
 from exover.pipeline import claimed, different, embedded
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ from typing import Any
 from exover.editor.analysis import TextAnalysis
 from exover.editor.findings import Told
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence
+from exover.escaping import plain_markdown
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
-from exover.model.wording import condition_text, plain_markdown, remedy_text, value_text
+from exover.model.wording import condition_text, remedy_text, value_text
 from exover.source import Source, Span
 from exover.syntax import tree
 from exover.syntax.lex import tokens

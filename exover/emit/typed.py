@@ -8,8 +8,8 @@ from exover.emit.cheader import header
 from exover.emit.ctyped import CApi
 from exover.emit.events import EventCall, Struct, calls, structs
 from exover.emit.identifiers import Enumeration, SpecIdentifiers, constants, figure, prefix
+from exover.escaping import visible
 from exover.model.model import Model
-from exover.model.wording import visible
 from exover.ocrd.reasons import reasons
 
 WIDTH = 118

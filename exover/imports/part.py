@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.model.wording import visible
+from exover.escaping import visible
 from exover.resolve import resolve
 from exover.source import Source
 from exover.syntax.layout import formatted

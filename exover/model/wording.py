@@ -1,7 +1,6 @@
 """Conditions as texts of the exo language; events and actions in the words of docs/language.md."""
 
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections.abc import Sequence
 from typing import assert_never
 
 from exover.model.event import (
@@ -231,23 +230,3 @@ def _why(rule: str, because: str | None) -> str:
 
 def _origin(launch_rule: str | None) -> str:
     return f" of {launch_rule}" if launch_rule else ""
-
-
-def visible(line: str) -> str:
-    """Return a line with U+FFFD for each unprintable character, so that it cannot control a terminal."""
-    return "".join(character if character.isprintable() else "\ufffd" for character in line)
-
-
-def visible_lines(lines: Iterable[str]) -> str:
-    """Return the lines as a text, each `visible` and with its end."""
-    return "".join(f"{visible(line)}\n" for line in lines)
-
-
-def plain_html(line: str) -> str:
-    """Return a line with all HTML in it escaped."""
-    return escape(visible(line), quote=False)
-
-
-def plain_markdown(line: str) -> str:
-    """Return a line with all Markdown and HTML in it escaped."""
-    return "".join(f"\\{each}" if each in "\\`*_~[]|#@$" else each for each in plain_html(line))

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from exover.escaping import visible_lines
 from exover.model.difference import AnswerChange, CommonStep, Compared, Difference, PropertyChange
 from exover.model.event import Waits
-from exover.model.wording import action_text, counted, event_text, visible_lines
+from exover.model.wording import action_text, counted, event_text
 
 WEAKER = "OLD refuses it or lets it wait"
 NOBODY_KNOWS = "it is not proved that no shorter run shows it"

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from exover.escaping import plain_html, plain_markdown, visible
 from exover.model.difference import Compared
-from exover.model.wording import plain_html, plain_markdown, visible
 from exover.report.difference import (
     change_text,
     in_both,

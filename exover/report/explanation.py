@@ -5,11 +5,12 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
+from exover.escaping import visible_lines
 from exover.model.event import Action, Invalid
 from exover.model.explanation import Account, Attempt, CounterfactualSearch, Demand, Explanation, Fact, RuleVerdict
 from exover.model.model import Model
 from exover.model.wire import action_json, event_json, indented
-from exover.model.wording import action_text, counted, event_text, visible_lines
+from exover.model.wording import action_text, counted, event_text
 
 DEMANDS: dict[Demand, str] = {
     "nothing": "does not object",

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from exover.dataclass import dataclass
+from exover.escaping import visible_lines
 from exover.manual import pages
 from exover.model.event import Event, Invalid
 from exover.model.model import Model
@@ -13,7 +14,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.model.wire import action_json, indented
 from exover.model.wire_reading import read_event
-from exover.model.wording import action_text, visible_lines
+from exover.model.wording import action_text
 from exover.report.json import UnreadableReport, loaded, steps_json
 from exover.report.story import Story, story_lines, story_of
 

@@ -3,10 +3,11 @@
 import json
 from collections.abc import Iterable, Iterator
 
+from exover.escaping import visible
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.replayed import BareAction, Replayed
-from exover.model.wording import event_text, slot_text, visible
+from exover.model.wording import event_text, slot_text
 
 
 def run_lines(model: Model, steps: Iterable[Replayed]) -> Iterator[str]:

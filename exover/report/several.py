@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from typing import Any, Literal, assert_never
 
 from exover import __version__
+from exover.escaping import visible
 from exover.loop.claim import VERDICTS, Verdict, worst
 from exover.model.wire import indented
-from exover.model.wording import counted, visible
+from exover.model.wording import counted
 from exover.report import github, json, junit, sarif, text
 from exover.report.summary import Summary, Unchecked
 

@@ -4,11 +4,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from exover.checks.finding import SEVERITIES, Baselined, Counted, Finding, FindingKey, Waived
+from exover.escaping import visible_lines
 from exover.loop.claim import VERDICTS, Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.trace import Trace
-from exover.model.wording import counted, visible_lines
+from exover.model.wording import counted
 from exover.report.grouped import grouped
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of

@@ -5,10 +5,9 @@ meaning is in a colour alone. The whole run is in `desc` as text, for screen rea
 """
 
 from collections.abc import Iterator
-from xml.sax.saxutils import escape
 
 from exover.dataclass import dataclass
-from exover.model.wording import visible
+from exover.escaping import plain_html
 from exover.report.lanes import Lane, LaneMark, LaneMarkKind, Row, lanes_of
 from exover.report.story import Story, story_lines
 
@@ -86,16 +85,16 @@ def render(title: str, story: Story) -> str:
     title_end = MARGIN + _width(title) * 14 // 11
     width = max([band.edges[-1] for band in bands] + [title_end, legend_end]) + MARGIN
     height = y + 2 * MARGIN
-    told = "\n".join(_text(line) for line in story_lines(story))
+    told = "\n".join(plain_html(line) for line in story_lines(story))
     head = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
         'role="img" aria-labelledby="title desc">',
-        f'<title id="title">{_text(title)}</title>',
+        f'<title id="title">{plain_html(title)}</title>',
         f'<desc id="desc">{told}</desc>',
         f"<style>{STYLE}</style>",
         f"<defs>{PATTERNS}</defs>",
         f'<rect width="{width}" height="{height}" fill="#fff"/>',
-        f'<text class="head" x="{MARGIN}" y="{MARGIN + 10}">{_text(title)}</text>',
+        f'<text class="head" x="{MARGIN}" y="{MARGIN + 10}">{plain_html(title)}</text>',
     ]
     return "\n".join([*head, *body, *legend, "</svg>"]) + "\n"
 
@@ -178,10 +177,10 @@ def _lane(band: Band, lane: Lane, top: int) -> Iterator[str]:
             for line, mark in enumerate(marks):
                 yield _mark(mark, band.at(step) + 3, top + line * LINE + 3)
     if not lane.rows:
-        yield f'<text class="name" x="{MARGIN}" y="{top + 13}">{_text(lane.name)}</text>'
+        yield f'<text class="name" x="{MARGIN}" y="{top + 13}">{plain_html(lane.name)}</text>'
     for index, row in enumerate(lane.rows):
         y = rows + index * ROW
-        yield f'<text class="name" x="{MARGIN}" y="{y + 11}">{_text(_label(lane, row))}</text>'
+        yield f'<text class="name" x="{MARGIN}" y="{y + 11}">{plain_html(_label(lane, row))}</text>'
         yield from _bars(band, lane, row, y)
 
 
@@ -196,17 +195,17 @@ def _bars(band: Band, lane: Lane, row: Row, y: int) -> Iterator[str]:
         if cell:
             x, width = band.at(moment), band.at(end + 1) - band.at(moment)
             kind = "value" if lane.values else cell
-            told = f"<title>{_text(f'{_label(lane, row)}: {cell}')}</title>"
+            told = f"<title>{plain_html(f'{_label(lane, row)}: {cell}')}</title>"
             yield f'<rect class="{kind}" x="{x}" y="{y}" width="{width}" height="{ROW - 3}">{told}</rect>'
             if lane.values:
-                yield f'<text class="small" x="{x + 4}" y="{y + 10}">{_text(cell)}</text>'
+                yield f'<text class="small" x="{x + 4}" y="{y + 10}">{plain_html(cell)}</text>'
         moment = end + 1
 
 
 def _mark(mark: LaneMark, x: int, y: int) -> str:
     return (
-        f'<g><title>{_text(mark.whole)}</title><path class="{mark.kind}" transform="translate({x} {y})" '
-        f'd="{SHAPES[mark.kind]}"/><text x="{x + 11}" y="{y + 8}">{_text(mark.text)}</text></g>'
+        f'<g><title>{plain_html(mark.whole)}</title><path class="{mark.kind}" transform="translate({x} {y})" '
+        f'd="{SHAPES[mark.kind]}"/><text x="{x + 11}" y="{y + 8}">{plain_html(mark.text)}</text></g>'
     )
 
 
@@ -222,7 +221,3 @@ def _legend(x: int, y: int) -> tuple[list[str], int]:
         found.append(f'<text x="{x + 11}" y="{y + 10}">{kind}</text>')
         x += 19 + _width(kind)
     return found, x
-
-
-def _text(text: str) -> str:
-    return escape(visible(text))
