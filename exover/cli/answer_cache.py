@@ -7,8 +7,9 @@ from dataclasses import field
 from pathlib import Path
 from typing import Any
 
-from exover.cli.report_cache import digest, folder_of, helpers, is_off, program, write
+from exover.cli.report_cache import folder_of, helpers, is_off, program, write
 from exover.dataclass import dataclass
+from exover.digest import digest_of
 from exover.model.wire import Json
 
 FRESH = ("certificate", "timings", "timeout", "memory")
@@ -22,7 +23,7 @@ def answers_of(arguments: argparse.Namespace, spec: str) -> "AnswerFiles | None"
     if is_off(arguments) or spec == "-" or any(getattr(arguments, name) for name in FRESH):
         return None
     try:
-        who = digest([*program(), *helpers(arguments)])
+        who = digest_of(*program(), *helpers(arguments))
     except OSError:
         return None
     return AnswerFiles(folder_of(Path(spec)), who)
@@ -61,9 +62,9 @@ class AnswerFiles:
         return {}
 
     def _file(self, loop: str) -> Path:
-        return self.folder / f"answers-{digest([self.who, loop])[:32]}.json"
+        return self.folder / f"answers-{digest_of(self.who, loop)[:32]}.json"
 
 
 def _seal(who: str, loop: str, answers: Mapping[str, Json]) -> str:
     """Return the digest of the content and the purpose of a file, by which a damaged file is recognised."""
-    return digest([who, loop, json.dumps(answers)])
+    return digest_of(who, loop, json.dumps(answers))

@@ -16,13 +16,13 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from datetime import date
-from hashlib import sha256
 from pathlib import Path
 
 import exover
 from exover.cli.replacing import replacing
 from exover.cli.repository import CONFIG, folders_up, real_place
 from exover.dataclass import dataclass
+from exover.digest import digest_of
 
 FOLDER, OFF = ".exover_cache", "EXOVER_NO_CACHE"
 BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max_tests", "max_rom", "max_ram", "output")
@@ -73,7 +73,7 @@ def is_off(arguments: argparse.Namespace) -> bool:
 def state(arguments: argparse.Namespace, spec: str) -> str:
     """Return a digest of the files that the report of a spec depends on, or the error if one cannot be read."""
     try:
-        return digest(list(_contents(arguments, Path(spec))))
+        return digest_of(*_contents(arguments, Path(spec)))
     except OSError as error:
         return f"{error.filename}: {error.strerror}"
 
@@ -84,15 +84,15 @@ def _entry(arguments: argparse.Namespace, spec: Path) -> ReportEntry | None:
         parts = [words, os.getcwd(), arguments.specs[0], *program(), *_contents(arguments, spec)]
     except OSError:
         return None
-    name = digest([words, os.path.realpath(spec)])[:32]
-    return ReportEntry(folder_of(spec) / f"{name}.json", digest(parts))
+    name = digest_of(words, os.path.realpath(spec))[:32]
+    return ReportEntry(folder_of(spec) / f"{name}.json", digest_of(*parts))
 
 
 def recall(kept: ReportEntry) -> Kept | None:
     """Return the report; None if there is none, if it depends on something that has changed, or if it is damaged."""
     try:
         found = json.loads(kept.file.read_bytes())
-        if found["key"] == kept.key and found["sha256"] == digest([kept.key, found["text"], str(found["status"])]):
+        if found["key"] == kept.key and found["sha256"] == digest_of(kept.key, found["text"], str(found["status"])):
             return Kept(str(found["text"]), int(found["status"]))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         pass
@@ -101,7 +101,7 @@ def recall(kept: ReportEntry) -> Kept | None:
 
 def remember(kept: ReportEntry, text: str, status: int) -> None:
     """Keep a report; failures to write are ignored. Other processes may do the same at the same time."""
-    known = {"key": kept.key, "status": status, "sha256": digest([kept.key, text, str(status)]), "text": text}
+    known = {"key": kept.key, "status": status, "sha256": digest_of(kept.key, text, str(status)), "text": text}
     write(kept.file, json.dumps(known))
 
 
@@ -154,15 +154,6 @@ def _written(file: Path, text: str) -> None:
 
 
 # ---- what a report depends on ----
-
-
-def digest(parts: list[str | bytes]) -> str:
-    """Return the sha256 of texts and bytes, each preceded by its length, as hexadecimal digits."""
-    found = sha256()
-    for part in parts:
-        content = part if isinstance(part, bytes) else part.encode("utf-8", "surrogatepass")
-        found.update(len(content).to_bytes(8, "little") + content)
-    return found.hexdigest()
 
 
 def program() -> Iterator[str]:

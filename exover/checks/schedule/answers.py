@@ -15,6 +15,7 @@ from exover.checks.questions.property import named
 from exover.checks.questions.question import Check, Question
 from exover.checks.schedule.engines import EngineName, Engines
 from exover.dataclass import dataclass
+from exover.digest import digest_of
 from exover.model.canonical import essence
 from exover.model.event import Action, Event, Invalid
 from exover.model.property import Properties, formulas
@@ -98,12 +99,12 @@ class StoredLoop:
         flags, and the sorted engines."""
         plain = pack(replace(self.compiled.tables, digest=bytes(32), flags=0))
         engines = replace(self.engines, names=tuple(sorted(self.engines.names)))
-        return _digest(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
+        return digest_of(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
 
     @property
     def of_figures(self) -> str:
         """The digest under which the figures are stored: they depend on all formulas and assumptions."""
-        return _digest("figures", essence(tuple(formulas(self.properties))), self.assumed)
+        return digest_of("figures", essence(tuple(formulas(self.properties))), self.assumed)
 
     @cached_property
     def assumed(self) -> str:
@@ -156,7 +157,7 @@ class KnownAnswers:
             prop = named(properties, question.subject)
             said = essence(prop.premise if check.name == VACUITY else (prop.form, prop.formula, prop.premise))
         assumed = "" if check.name in OF_BYTES else self.loop.assumed
-        return _digest(check.name, question.subject, *self.names, said, assumed)
+        return digest_of(check.name, question.subject, *self.names, said, assumed)
 
     # ---- stored answers ----
 
@@ -233,13 +234,4 @@ def is_sure(finding: Finding, replayed: bool) -> bool:
 def _deeds(trace: Trace) -> str:
     """Return the digest of the actions of a trace, texts left out."""
     answers: tuple[tuple[Action, ...], ...] = tuple(moment.actions for moment in trace.moments)
-    return _digest(essence(answers))
-
-
-def _digest(*parts: str) -> str:
-    """Return the SHA-256 of texts, each preceded by its length, as hexadecimal digits."""
-    found = sha256()
-    for part in parts:
-        content = part.encode("utf-8", "surrogatepass")
-        found.update(len(content).to_bytes(8, "little") + content)
-    return found.hexdigest()
+    return digest_of(essence(answers))
