@@ -29,7 +29,7 @@ def configured(arguments: argparse.Namespace) -> Config:
         return NO_CONFIG
     source = read_source(path)
     config, diagnostics = read_config(source, SEVERITY)
-    return whole(None if diagnostics else config, diagnostics, source)
+    return whole(config, diagnostics, source)
 
 
 def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:

@@ -8,10 +8,10 @@ from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.gate.binding import Binding, RequestBinding, matches
 from exover.gate.fields import FieldPath, Missing, same
-from exover.gate.schema import MistakeList
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.wording import value_text
+from exover.toml_schema import MistakeList
 
 
 def note_inconsistencies(

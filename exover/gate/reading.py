@@ -22,13 +22,13 @@ from exover.gate.binding import (
 )
 from exover.gate.consistency import note_inconsistencies
 from exover.gate.fields import MISSING, FieldPath, UnreadableField, ValueField, decimal, is_value, path_of
-from exover.gate.schema import MistakeList
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Type, Value
 from exover.model.waiting import may_wait
 from exover.model.wire_reading import domain
 from exover.source import Source
 from exover.toml import KeyPath, read_toml
+from exover.toml_schema import MistakeList
 
 K = TypeVar("K", bound=str)
 MAX_LINE = 4 << 20

@@ -78,9 +78,9 @@ def test_the_configuration_chooses_unless_the_command_line_does(run, spec: Path)
     ("text", "told"),
     [
         ('only = ["safty"]', "error[E605]: there is no check `safty`"),
-        ('only = "safety"', "error[E603]: `only` is no list of names"),
+        ('only = "safety"', 'error[E603]: `only` is not a list of names, as ["safety"]'),
         ("only = []", "error[E603]: `only` names no check"),
-        ("errors-only = 1", "error[E603]: `errors-only` is neither true nor false"),
+        ("errors-only = 1", "error[E603]: `errors-only` is not true or false"),
         ("skp = []", "error[E602]: [check] has no key `skp`"),
     ],
 )

@@ -164,7 +164,8 @@ def test_what_is_no_baseline(content: str, reason: str) -> None:
 def config(text: str) -> tuple[tuple[Waiver, ...], list[str]]:
     source = Source("exover.toml", text)
     found, diagnostics = read_config(source, CHECKS)
-    return found.waivers, [render(diagnostic, source) for diagnostic in diagnostics]
+    assert (found is None) == bool(diagnostics)
+    return found.waivers if found else (), [render(diagnostic, source) for diagnostic in diagnostics]
 
 
 GOOD = """\
@@ -200,23 +201,22 @@ def test_waivers_are_read() -> None:
     [
         ("reason = \"…\"", "reasons = \"…\"", "error[E602]: a waiver has no key `reasons`", "exover.toml:11:1"),
         ("reason = \"…\"\n", "", "error[E604]: a waiver has no `reason`", "exover.toml:8:3"),
-        ("reason = \"…\"", "reason = \" \"", "error[E603]: `reason` is empty", "exover.toml:11:1"),
-        ("reason = \"…\"", "reason = 3", "error[E603]: `reason` is no text", "exover.toml:11:1"),
-        ("2027-02-28", '"2027-02-28"', "error[E603]: `expires` is no date", "exover.toml:12:1"),
-        ("2027-02-28", "2027-02-28T10:00:00", "error[E603]: `expires` is no date", "exover.toml:12:1"),
+        ("reason = \"…\"", "reason = \" \"", "error[E603]: `reason` is not a text that", "exover.toml:11:1"),
+        ("reason = \"…\"", "reason = 3", "error[E603]: `reason` is not a text that", "exover.toml:11:1"),
+        ("2027-02-28", '"2027-02-28"', "error[E603]: `expires` is not a date", "exover.toml:12:1"),
+        ("2027-02-28", "2027-02-28T10:00:00", "error[E603]: `expires` is not a date", "exover.toml:12:1"),
         ("2027-02-28", "2027-02-30", "error[E601]: the file is not TOML: ", "exover.toml:12:"),
         ("\"deadlock\"", "\"deadlok\"", "error[E605]: there is no check `deadlok`", "exover.toml:9:1"),
         ("\"deadlock\"", "\"safety\"", "error[E606]: an error of `safety` cannot be waived", "exover.toml:9:1"),
-        ("# decided", "deny = true #", "error[E602]: unknown key `deny`", "exover.toml:1:1"),
-        ("[[waiver]]\ncheck = \"deadlock\"", "[[waivers]]\nx = 1", "error[E602]: unknown key `waivers`", "toml:8:3"),
+        ("# decided", "deny = true #", "error[E602]: a configuration has no key `deny`", "exover.toml:1:1"),
+        ("[[waiver]]\ncheck = \"deadlock\"", "[[waivers]]\nx = 1", "error[E602]: a configuration has no", "toml:8:3"),
         ("spec = \"rover\"", "spec = ", "error[E601]: the file is not TOML: invalid value", "exover.toml:13:8"),
         ("spec = \"rover\"\n", "spec = [", "error[E601]: the file is not TOML: invalid value", "exover.toml:13:9"),
     ],
 )  # fmt: skip
 def test_mistakes_are_placed(old: str, new: str, message: str, place: str) -> None:
     assert old in GOOD
-    _, (mistake, *_) = config(GOOD.replace(old, new))
-    assert mistake.startswith(message)
+    (mistake,) = [each for each in config(GOOD.replace(old, new))[1] if each.startswith(message)]
     assert place in mistake.splitlines()[1]
 
 
@@ -224,26 +224,26 @@ def test_all_mistakes_are_told() -> None:
     waivers, mistakes = config('[[waiver]]\ncheck = "tables"\nsubjct = "a"\n[[waiver]]\n')
     assert waivers == ()
     assert [mistake.splitlines()[0] for mistake in mistakes] == [
-        "error[E602]: a waiver has no key `subjct`",
         "error[E604]: a waiver has no `subject`",
         "error[E604]: a waiver has no `reason`",
         "error[E604]: a waiver has no `expires`",
         "error[E605]: there is no check `tables`",
+        "error[E602]: a waiver has no key `subjct`",
         *(f"error[E604]: a waiver has no `{key}`" for key in ("check", "subject", "reason", "expires")),
     ]
-    assert "did you mean `subject`?" in mistakes[0]
+    assert "did you mean `subject`?" in mistakes[4]
 
 
 @pytest.mark.parametrize("text", ["waiver = 3", "[waiver]\ncheck = 1", 'waiver = ["a"]'])
 def test_waivers_are_tables(text: str) -> None:
-    assert config(text)[1][0].startswith("error[E603]: `waiver` is no array of tables")
+    assert config(text)[1][0].startswith("error[E603]: `waiver` is not an array of tables")
 
 
 def test_waivers_may_be_written_in_line() -> None:
     text = 'waiver = [{check = "lockout", subject = "a", reason = "b", expires = 2027-01-31}]'
     (found,), mistakes = config(text)
     assert (found.check, found.location, mistakes) == ("lockout", Location("exover.toml", 1, 11), [])
-    assert config(text.replace("subject", "x"))[1][0].splitlines()[1] == "  --> exover.toml:1:31"
+    assert config(text.replace("subject", "x"))[1][1].splitlines()[1] == "  --> exover.toml:1:31"
 
 
 def test_deep_nesting_is_a_mistake() -> None:
