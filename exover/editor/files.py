@@ -57,7 +57,7 @@ class TextFile:
     """The version number that the editor gave the text."""
     stamp: tuple[int, int] = (0, 0)
     unread: Diagnostic | None = None
-    """Why the file cannot be read; empty if it can."""
+    """Why the file cannot be read; None if it can."""
     spec: TextAnalysis | None = None
     """Of a properties file or a part, the analysis of its spec."""
     parts: dict[str, str | tuple[int, int] | None] = field(default_factory=dict)

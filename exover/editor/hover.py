@@ -1,12 +1,11 @@
 """Hover: Markdown about the name or the statement at a place of a text."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from exover.editor.analysis import TextAnalysis
 from exover.editor.findings import Told
-from exover.editor.symbols import SpecSymbol, SymbolOccurrence
+from exover.editor.symbols import SpecSymbol, SymbolOccurrence, children
 from exover.escaping import plain_markdown
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
@@ -182,14 +181,7 @@ def _location(source: Source, node: Any) -> Location:
 def _statement(node: Any, offset: int) -> Any:
     """Return the innermost of `STATEMENTS` around an offset; None if there is none."""
     found = node if isinstance(node, STATEMENTS) else None
-    for child in _children(node):
+    for child in children(node):
         if child.span.start <= offset <= child.span.end:
             found = _statement(child, offset) or found
     return found
-
-
-def _children(node: Any) -> Iterator[Any]:
-    for each in fields(node):
-        value = getattr(node, each.name)
-        children = value if isinstance(value, tuple) and not isinstance(value, Span) else (value,)
-        yield from filter(is_dataclass, children)

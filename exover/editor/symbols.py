@@ -106,6 +106,13 @@ _SORTS: dict[type, SymbolSort] = {
 _READ: tuple[SymbolSort, ...] = ("poster", "state", "latch")
 
 
+def children(node: Any) -> Iterator[Any]:
+    """Yield the nodes just below a node of a tree, in the order of its fields."""
+    for each in fields(node):
+        value = getattr(node, each.name)
+        yield from filter(is_dataclass, value if isinstance(value, tuple) else (value,))
+
+
 def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None = None) -> Index:
     """Return the index of a spec or a part; or of a properties file, whose spec has the index `known`."""
     found = Index()
@@ -203,7 +210,8 @@ class _Reader:
             case tree.Context(ref, clauses):
                 self.read(ref, place)
                 owner = f"{ref.module.text}.{ref.request.text}"
-                self._all(clauses, _Place(ref.module.text, owner))
+                for clause in clauses:
+                    self.read(clause, _Place(ref.module.text, owner))
             case tree.Ref(module, request):
                 self.note(module, SpecSymbol("module", module.text))
                 self.note(request, SpecSymbol("request", f"{module.text}.{request.text}"))
@@ -235,18 +243,8 @@ class _Reader:
                 self._below(node, place)
 
     def _below(self, node: Any, place: _Place) -> None:
-        if is_dataclass(node):
-            for each in fields(node):
-                value = getattr(node, each.name)
-                if isinstance(value, tuple) and not isinstance(value, Span):
-                    self._all(value, place)
-                elif is_dataclass(value):
-                    self.read(value, place)
-
-    def _all(self, nodes: Iterable[Any], place: _Place) -> None:
-        for node in nodes:
-            if is_dataclass(node):
-                self.read(node, place)
+        for child in children(node):
+            self.read(child, place)
 
     def _use(self, use: tree.NameUse, place: _Place) -> None:
         name = use.name.text
