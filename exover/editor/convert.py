@@ -1,14 +1,15 @@
-"""Converts analyses of a text to values of the Language Server Protocol."""
+"""Converts analyses of a text to values of the Language Server Protocol, and its URIs to paths."""
 
 from collections.abc import Iterator
 from typing import Any
 
 from lsprotocol import types
+from pygls.uris import to_fs_path
 
 from exover.diagnostics import Diagnostic
 from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import Proposal
-from exover.editor.findings import Told
+from exover.editor.findings import PlacedFinding
 from exover.editor.fixes import Fix
 from exover.editor.hover import declaration
 from exover.editor.includes import WrittenPath
@@ -44,6 +45,12 @@ KINDS: dict[SymbolSort, tuple[types.SymbolKind, types.CompletionItemKind]] = {
 }
 
 
+def path_of(uri: str) -> str:
+    """Return the path of a `file:` URI; another URI, or one whose path has a NUL, is returned as it is."""
+    path = to_fs_path(uri) if uri.startswith("file:") else None
+    return path if path and "\0" not in path else uri
+
+
 def position(place: tuple[int, int]) -> types.Position:
     """Return a place as a position of the protocol."""
     return types.Position(*place)
@@ -67,7 +74,7 @@ def mistake(text: EditorText, found: Diagnostic) -> types.Diagnostic:
     )
 
 
-def finding(text: EditorText, found: Told) -> types.Diagnostic:
+def finding(text: EditorText, found: PlacedFinding) -> types.Diagnostic:
     """Return a finding as a diagnostic, from the place of its subject to the end of that line."""
     line = text.line(found.line - 1)
     start = min(line.start + found.column - 1, line.end)

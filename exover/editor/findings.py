@@ -22,7 +22,7 @@ GRACE = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class PlacedFinding:
     """A finding: file, line and column of its subject, both from 1; whether it is violated, and how severe that is."""
 
     file: str
@@ -40,10 +40,10 @@ class TextFindings:
     """The findings of a spec, and the texts that they are of."""
 
     texts: list[list[str]]
-    told: list[Told]
+    told: list[PlacedFinding]
 
 
-async def findings(spec: Gathered, properties: Source | None, seconds: float) -> list[Told]:
+async def findings(spec: Gathered, properties: Source | None, seconds: float) -> list[PlacedFinding]:
     """Return the findings of a spec within so many seconds; none if the command fails.
 
     The command reads the editor's text with all parts as one text, and the places in it are mapped back to the files.
@@ -67,7 +67,7 @@ async def findings(spec: Gathered, properties: Source | None, seconds: float) ->
     return [_led_back(spec, text, each) for each in _told(names, printed)]
 
 
-def _led_back(spec: Gathered, text: str, told: Told) -> Told:
+def _led_back(spec: Gathered, text: str, told: PlacedFinding) -> PlacedFinding:
     """Return a finding with its place in the one text mapped back to the file."""
     if told.file != STDIN:
         return told
@@ -100,7 +100,7 @@ def _kill(process: asyncio.subprocess.Process) -> None:
             process.kill()
 
 
-def _told(names: Mapping[str, str], printed: bytes) -> list[Told]:
+def _told(names: Mapping[str, str], printed: bytes) -> list[PlacedFinding]:
     """Return the findings of a JSON report that are not `unknown` and have a place; none if this is no report.
 
     `names`: the real names of files that have another name in the report.
@@ -115,5 +115,7 @@ def _told(names: Mapping[str, str], printed: bytes) -> list[Told]:
         if each["verdict"] != "unknown" and where and where["line"]:
             violated = each["verdict"] == "violated"
             place = names.get(where["file"], where["file"]), where["line"], where["column"]
-            told.append(Told(*place, each["check"], each["subject"], violated, each["severity"], each["message"]))
+            told.append(
+                PlacedFinding(*place, each["check"], each["subject"], violated, each["severity"], each["message"])
+            )
     return told

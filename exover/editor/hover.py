@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from exover.editor.analysis import TextAnalysis
-from exover.editor.findings import Told
+from exover.editor.findings import PlacedFinding
 from exover.editor.symbols import SpecSymbol, SymbolOccurrence, children
 from exover.escaping import plain_markdown
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
@@ -38,7 +38,10 @@ STATEMENTS = (
 
 
 def hover(
-    analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None, uses: Mapping[str, Told] | None = None
+    analysis: TextAnalysis,
+    offset: int,
+    spec: TextAnalysis | None = None,
+    uses: Mapping[str, PlacedFinding] | None = None,
 ) -> tuple[str, Span] | None:
     """Return the Markdown at an offset and the span that it is about; None if there is none.
 
@@ -61,7 +64,7 @@ def hover(
     return "\n\n".join(parts), node.span
 
 
-def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
+def _used(names: Iterable[str], uses: Mapping[str, PlacedFinding]) -> Iterator[str]:
     """Yield for each rule with a finding of `rule-use` whether it is in use."""
     for name in sorted(names):
         if name in uses:
@@ -69,7 +72,7 @@ def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
 
 
 def _of_name(
-    analysis: TextAnalysis, found: SymbolOccurrence, spec: TextAnalysis | None, uses: Mapping[str, Told]
+    analysis: TextAnalysis, found: SymbolOccurrence, spec: TextAnalysis | None, uses: Mapping[str, PlacedFinding]
 ) -> str:
     told = [
         declaration(each, found.symbol) for each in (analysis, spec) if each and found.symbol in each.index.declared

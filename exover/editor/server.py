@@ -15,15 +15,16 @@ from typing import TypeVar
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams, PyglsError
 from pygls.lsp.server import LanguageServer
-from pygls.uris import from_fs_path, to_fs_path
+from pygls.uris import from_fs_path
 
 from exover import __version__
 from exover.diagnostics import Diagnostic
 from exover.editor import convert
 from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import proposals
+from exover.editor.convert import path_of
 from exover.editor.files import Files, Together, closed_files, texts_of
-from exover.editor.findings import TextFindings, Told, findings
+from exover.editor.findings import PlacedFinding, TextFindings, findings
 from exover.editor.fixes import fixes
 from exover.editor.hover import hover
 from exover.editor.includes import included_at, proposed_paths, written_at
@@ -175,7 +176,7 @@ class SpecServer(LanguageServer):
             self._show(uri, wrong, version)
         return groups
 
-    def _told(self, group: Together) -> list[Told]:
+    def _told(self, group: Together) -> list[PlacedFinding]:
         """Return the findings of a spec; none if they are of other texts."""
         known = self.checked.get(group[0][0])
         return known.told if known and known.texts == texts_of(group) else []
@@ -183,7 +184,9 @@ class SpecServer(LanguageServer):
     def _mistakes(self, file: Source, mistakes: Sequence[Diagnostic]) -> list[types.Diagnostic]:
         return [convert.mistake(self.text_of(file), each) for each in mistakes]
 
-    def _wrong(self, places: Sequence[tuple[Source, Sequence[Diagnostic]]], told: list[Told]) -> list[types.Diagnostic]:
+    def _wrong(
+        self, places: Sequence[tuple[Source, Sequence[Diagnostic]]], told: list[PlacedFinding]
+    ) -> list[types.Diagnostic]:
         """Return the diagnostics of a file: its mistakes in each spec, or if there are none, the findings in it."""
         mistakes = [each for file, wrong in places for each in self._mistakes(file, wrong)]
         if not mistakes:
@@ -208,7 +211,7 @@ class SpecServer(LanguageServer):
         path = path_of(uri)
         return await self.ask(lambda: self.files.spec_of(path)) if path.endswith(SUFFIX) else None
 
-    def told(self, spec: TextAnalysis) -> list[Told]:
+    def told(self, spec: TextAnalysis) -> list[PlacedFinding]:
         """Return the findings of a spec; none if they are of another text."""
         known = self.checked.get(spec.source.name)
         return known.told if known and known.texts[0] == [file.text for file in spec.source.files] else []
@@ -241,12 +244,6 @@ class SpecServer(LanguageServer):
         """Return the URI of a path: the one by which the client has opened it, if it has."""
         opened = next((uri for uri, each in self.opened.items() if each == path), None)
         return opened or from_fs_path(path) or path
-
-
-def path_of(uri: str) -> str:
-    """Return the path of a `file:` URI; another URI, or one whose path has a NUL, is returned as it is."""
-    path = to_fs_path(uri) if uri.startswith("file:") else None
-    return path if path and "\0" not in path else uri
 
 
 def make() -> SpecServer:
