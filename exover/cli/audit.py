@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     with ExitStack() as stack:
         scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True))
         missions = list(_missions(arguments.missions, scratch))
-        _installed(arguments, missions)
+        _refuse_missing(arguments, missions)
         job = _job(model, binding, arguments, scratch)
         found = _audited(job, missions, arguments)
         if arguments.out:
@@ -62,7 +62,7 @@ def _missions(paths: list[str], scratch: str) -> Paths:
     return found
 
 
-def _installed(arguments: argparse.Namespace, missions: Paths) -> None:
+def _refuse_missing(arguments: argparse.Namespace, missions: Paths) -> None:
     """Raise `CliError` if a package that is needed is not installed."""
     needed = []
     if arguments.out or any(path.endswith(TABLES) for path, _ in missions):

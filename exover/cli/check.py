@@ -254,15 +254,15 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
         raise CliError("standard input is checked alone: name no other spec beside -")
     if arguments.watched:  # files have changed since the command began
         refuse_overwriting(arguments)
-    outputs = [
-        file for file in outputs_of(arguments) if os.path.isfile(file) or not os.path.exists(file)
-    ]  # others take any number
+    places: set[str] = set()
     for file in outputs_of(arguments):
         refuse_unwritable(file, "--certificate" if file == arguments.certificate else "--output")
-    files = [os.path.realpath(file) for file in outputs]
-    for number, file in enumerate(outputs):
-        if files[number] in files[:number]:
-            raise CliError(f"two reports cannot be written to {file}")
+    for file in outputs_of(arguments):
+        if os.path.isfile(file) or not os.path.exists(file):  # a device or a pipe takes any number
+            place = os.path.realpath(file)
+            if place in places:
+                raise CliError(f"two reports cannot be written to {file}")
+            places.add(place)
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
             raise CliError(f"--{option} is for one spec: name one file, once, and no folder")

@@ -76,6 +76,10 @@ class EditorInput(RawIOBase):
     On Windows, which cannot wait for both, the call takes effect at the next message.
     """
 
+    def __init__(self) -> None:
+        self._source = standard_input().fileno()
+        self._woken, self._wake = os.pipe()
+
     def hear_signals(self) -> None:
         """Let a signal wake the waiting thread at once.
 
@@ -84,10 +88,6 @@ class EditorInput(RawIOBase):
         if sys.platform != "win32":
             os.set_blocking(self._wake, False)
             signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
-
-    def __init__(self) -> None:
-        self._source = standard_input().fileno()
-        self._woken, self._wake = os.pipe()
 
     def readable(self) -> bool:
         """Return true."""

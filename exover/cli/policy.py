@@ -28,8 +28,7 @@ def configured(arguments: argparse.Namespace) -> Config:
     if path is None:
         return NO_CONFIG
     source = read_source(path)
-    config, diagnostics = read_config(source, SEVERITY)
-    return whole(config, diagnostics, source)
+    return whole(*read_config(source, SEVERITY), source)
 
 
 def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:

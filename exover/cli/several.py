@@ -82,13 +82,13 @@ def _in_turn(examine: Examine, arguments: argparse.Namespace, specs: Sequence[st
         if found and found[-1].status == ExitStatus.INTERRUPTED:
             found.append(_without(arguments, spec, INTERRUPTED, ExitStatus.INTERRUPTED))
         else:
-            found.append(_one(examine, _told(arguments, spec, 1, len(specs) - number)))
+            found.append(_one(examine, _alone(arguments, spec, 1, len(specs) - number)))
             if found[-1].status == ExitStatus.TERMINATED:
                 sys.exit(ExitStatus.TERMINATED)
     return found
 
 
-def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> argparse.Namespace:
+def _alone(arguments: argparse.Namespace, spec: str, places: int, left: int) -> argparse.Namespace:
     """Return the arguments for one spec, if `left` specs are left and `places` of them are checked in parallel."""
     share = None
     if arguments.timeout is not None:
@@ -189,8 +189,8 @@ class _Pool:
 
     def _start(self, number: int) -> None:
         ours, theirs = Pipe(duplex=False)
-        told = _told(self._arguments, self._specs[number], self._places, len(self._waiting) + 1)
-        process = process_of(_serve, (theirs, os.getpid(), self._examine, told, self._scratch.folder), daemon=False)
+        own = _alone(self._arguments, self._specs[number], self._places, len(self._waiting) + 1)
+        process = process_of(_serve, (theirs, os.getpid(), self._examine, own, self._scratch.folder), daemon=False)
         with uninterrupted(signal.SIGINT):
             process.start()
             self._running[ours] = number, process

@@ -8,7 +8,7 @@ from exover.model.event import Waits
 from exover.model.wording import action_text, counted, event_text
 
 WEAKER = "OLD refuses it or lets it wait"
-NOBODY_KNOWS = "it is not proved that no shorter run shows it"
+PERHAPS_SHORTER = "it is not proved that no shorter run shows it"
 
 
 def render(compared: Compared) -> str:
@@ -38,7 +38,7 @@ def _lines(compared: Compared) -> Iterator[str]:
 def title(difference: Difference) -> str:
     """Return a change in words, with the length of the run that shows it."""
     length = counted(len(difference.steps), "step")
-    return f"{change_text(difference.change)} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
+    return f"{change_text(difference.change)} ({length}{'' if difference.shortest else f'; {PERHAPS_SHORTER}'})"
 
 
 def change_text(change: AnswerChange) -> str:
