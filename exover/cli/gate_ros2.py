@@ -2,7 +2,6 @@
 
 import argparse
 import os
-from collections.abc import Callable
 from time import time_ns
 from uuid import uuid4
 
@@ -12,7 +11,7 @@ from exover.cli.status import CliError
 from exover.cli.values import domain
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding
-from exover.gate.gate import Gate
+from exover.gate.gate import Gate, Tell
 from exover.gate.journal import Take
 from exover.gate.ros2.cdr import Stamp
 from exover.gate.ros2.checking import mistakes, unmade
@@ -22,8 +21,6 @@ from exover.gate.ros2.names import absolute, is_name
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.gate.ros2.session import Ros2Session
 from exover.model.model import Model
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)

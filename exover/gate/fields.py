@@ -14,8 +14,6 @@ FieldPath = tuple[str, ...]
 
 CLOSE = 1e-9
 """How far a scaled number may be from a whole number, relative to its size, to be read as an int."""
-
-
 ROUNDING = 1e-12
 """How far a number that is scaled back may be from a whole number, relative to its size, to be that one."""
 LARGE = 10**16

@@ -34,6 +34,8 @@ from exover.run.simulate import Engine
 
 Clock = Callable[[], float]
 """Returns a monotonic time in seconds."""
+Tell = Callable[[str], None]
+"""Shows a person a text: an alarm, or what was dropped or cannot be written."""
 Journal = Callable[[str], None]
 """Takes each decision before its effects go out: the text of an object of the log (docs/gate.md), without its time."""
 

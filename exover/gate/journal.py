@@ -7,9 +7,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from time import time
 
-from exover.gate.gate import Journal
+from exover.gate.gate import Journal, Tell
 
-Complaint = Callable[[str], None]
 Take = Callable[[bytes], None]
 """Takes a line, with its line end."""
 UNREAD = {errno.EAGAIN: "what it holds is not read", errno.ENXIO: "nobody reads it"}
@@ -35,13 +34,13 @@ class JournalFile:
     """Appends each line, whole or not at all, before the call returns; raises `OSError` only when it is made.
 
     It waits for no reader of a pipe. Part of a line stays, and is ended by a line end, if another process has written
-    behind it or if it is in a pipe. Lines that cannot be written are counted, the first of them is complained of, and
+    behind it or if it is in a pipe. Lines that cannot be written are counted, the first of them is told, and
     their number is written before the next line that can be.
     """
 
-    def __init__(self, path: str, complain: Complaint) -> None:
+    def __init__(self, path: str, tell: Tell) -> None:
         self._path = path
-        self._complain = complain
+        self._tell = tell
         self._file = _opened(path)
         self._lost = 0
         self._begun = b"" if _ends_whole(path) else b"\n"
@@ -55,7 +54,7 @@ class JournalFile:
         except OSError as error:
             if not self._lost:
                 reason = UNREAD.get(error.errno or 0, error.strerror)
-                self._complain(f"cannot write {self._path}: {reason}; decisions go on, and are not in it")
+                self._tell(f"cannot write {self._path}: {reason}; decisions go on, and are not in it")
             self._lost += 1
         else:
             self._lost, self._begun = 0, b""

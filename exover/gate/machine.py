@@ -260,7 +260,7 @@ class _Step:
                 self._forward((name, slot), args, self._taker(name, launch_rule, event))
             case Waits(name, rule, because, launch_rule):
                 self._hold(name, rule, because, launch_rule)
-            case Rejected(name, rule, because, launch_rule):
+            case Rejected():
                 self._reject(action, outer, event)
             case Killed(name, slot, rule, because):
                 self._stop((name, slot), rule, because)

@@ -7,12 +7,12 @@ from itertools import count
 from exover.dataclass import dataclass
 from exover.gate.binding import BindingKind, RequestBinding, Watch
 from exover.gate.fields import UnreadableField
-from exover.gate.gate import Gate
+from exover.gate.gate import Gate, Tell
 from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Pending
 from exover.gate.mcp.client import McpClient
 from exover.gate.mcp.lines import BadLine, Message, PreparedCall
-from exover.gate.mcp.results import document, ending, own_call, succeeded, visible
+from exover.gate.mcp.results import document, ending, own_call, succeeded, without_unbound
 from exover.gate.mcp.server import McpServer
 from exover.gate.outer import (
     Alarm,
@@ -48,8 +48,7 @@ class McpProxy:
     gate: Gate
     to_client: Callable[[bytes], None]
     to_server: Callable[[bytes], None]
-    tell: Callable[[str], None]
-    """Shows a person alarms and dropped messages."""
+    tell: Tell
     name: str = "mcp"
     kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
@@ -271,7 +270,7 @@ class McpProxy:
         if pending.cancelled:
             return
         if pending.method == "tools/list" and self.gate.binding.gate.hide:
-            body = visible(body, self.gate.binding)
+            body = without_unbound(body, self.gate.binding)
         self._client.answer(pending.client_id, body)
 
     def _carried_out(self, slot: SlotId, message: Message) -> None:

@@ -86,7 +86,7 @@ def envelope(params: Mapping[str, Any]) -> Json:
     return {key: value for key, value in meta.items() if key.startswith(ENVELOPE)}
 
 
-def visible(body: Json, binding: Binding) -> Json:
+def without_unbound(body: Json, binding: Binding) -> Json:
     """Return the response to `tools/list` without the tools whose calls would be refused as `unbound`."""
     found = body.get("result")
     if not isinstance(found, dict) or not isinstance(found.get("tools"), list):

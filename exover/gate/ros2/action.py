@@ -41,9 +41,9 @@ class ActionProxy:
 
     # ---- ports ----
 
-    def _up(self, part: PortPart, goal_peer: int, header: bytes, body: bytes) -> None:
+    def _up(self, part: PortPart, peer: int, header: bytes, body: bytes) -> None:
         """Send a client a service response; `header` is that of its request."""
-        self._outside.send(Port("outer", self.outer, part), cdr.service(header, body), goal_peer)
+        self._outside.send(Port("outer", self.outer, part), cdr.service(header, body), peer)
 
     def _to_server(self, part: PortPart, body: bytes, about: object) -> None:
         """Send the server a service request; `about` comes back with its reply."""

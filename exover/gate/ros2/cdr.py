@@ -116,8 +116,8 @@ def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
 
     A response that is too short is read as rejected; of a list that is cut off, the whole entries are read.
     """
-    code, count = _CANCEL_REPLY.unpack_from(data, HEAD) if len(data) >= HEAD + _CANCEL_REPLY.size else (1, 0)
     start = HEAD + _CANCEL_REPLY.size
+    code, count = _CANCEL_REPLY.unpack_from(data, HEAD) if len(data) >= start else (CANCEL_REJECTED, 0)
     count = min(count, (len(data) - start) // _GOAL_INFO.size)
     return code, tuple(_info(data, start + each * _GOAL_INFO.size).id for each in range(count))
 

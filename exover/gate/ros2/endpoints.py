@@ -87,15 +87,18 @@ class Waiting(WaitSet):
         return [number for number in self._found[:count] if number]
 
 
+def _named(qos: Qos, user: str) -> Qos:
+    """Return the QoS of an end point with this text as its user data; unchanged if the text is empty."""
+    return qos + Qos(Policy.Userdata(user.encode())) if user else qos
+
+
 class TopicWriter:
     """Writes messages of one topic."""
 
     def __init__(
         self, participant: DomainParticipant, topic: str, type_: type[IdlStruct], qos: Qos, user: str = ""
     ) -> None:
-        if user:
-            qos = qos + Qos(Policy.Userdata(user.encode()))
-        self.entity: Any = DataWriter(participant, Topic(participant, topic, type_), qos)
+        self.entity: Any = DataWriter(participant, Topic(participant, topic, type_), _named(qos, user))
         self.entity.set_status_mask(DDSStatus.PublicationMatched)
 
     def write(self, data: bytes) -> None:
@@ -122,9 +125,7 @@ class TopicReader:
     def __init__(
         self, participant: DomainParticipant, topic: str, type_: type[IdlStruct], qos: Qos, user: str = ""
     ) -> None:
-        if user:
-            qos = qos + Qos(Policy.Userdata(user.encode()))
-        self.entity: Any = DataReader(participant, Topic(participant, topic, type_), qos)
+        self.entity: Any = DataReader(participant, Topic(participant, topic, type_), _named(qos, user))
         self.entity.set_status_mask(DDSStatus.SubscriptionMatched)
         self.condition = ReadCondition(self.entity, _ANY)
 

@@ -250,7 +250,7 @@ class Interfaces:
     def _nothing(self, kind: Any) -> Any:
         match kind:
             case Nodetype.BASE, (base, _):
-                return "" if base == "string" else base == "never" if base == "bool" else 0.0 if "float" in base else 0
+                return "" if base == "string" else False if base == "bool" else 0.0 if "float" in base else 0
             case Nodetype.NAME, name:
                 return self._zero(name)
             case Nodetype.ARRAY, (part, length):

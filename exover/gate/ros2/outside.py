@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, BindingKind, RequestBinding
 from exover.gate.fields import FieldPath, UnreadableField, select
-from exover.gate.gate import Gate
+from exover.gate.gate import Gate, Tell
 from exover.gate.outer import Alarm, CallId, ModuleGone
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import Stamp
@@ -78,7 +78,7 @@ class Outside:
     gate: Gate
     send: Send
     codec: MessageCodec
-    tell: Callable[[str], None]
+    tell: Tell
     now: Callable[[], Stamp]
     new_id: Callable[[], bytes]
     own: OwnRequests

@@ -6,7 +6,7 @@ from typing import assert_never
 
 from exover.gate.binding import BindingKind, Watch
 from exover.gate.fields import UnreadableField
-from exover.gate.gate import Gate
+from exover.gate.gate import Gate, Tell
 from exover.gate.outer import (
     Alarm,
     CallId,
@@ -54,7 +54,7 @@ class Ros2Proxy:
         gate: Gate,
         codec: MessageCodec,
         send: Send,
-        tell: Callable[[str], None],
+        tell: Tell,
         now: Callable[[], Stamp],
         new_id: Callable[[], bytes],
         mark: bytes,

@@ -13,6 +13,7 @@ from cyclonedds.domain import DomainParticipant
 
 from exover.dataclass import dataclass
 from exover.gate.binding import Binding, BindingKind
+from exover.gate.gate import Tell
 from exover.gate.ros2 import cdr
 from exover.gate.ros2 import endpoints as dds
 from exover.gate.ros2.endpoints import KEPT, TopicReader, TopicWriter, Waiting, key_of
@@ -89,9 +90,7 @@ class Asked:
 class Ros2Session:
     """The DDS end points of a binding, and the loop; `inner`: the domain of the inner ports."""
 
-    def __init__(
-        self, binding: Binding, interfaces: Interfaces, domain: int, inner: int, tell: Callable[[str], None]
-    ) -> None:
+    def __init__(self, binding: Binding, interfaces: Interfaces, domain: int, inner: int, tell: Tell) -> None:
         """Open the ports. Raises `DDSException`."""
         self._tell = tell
         self._types = SampleTypes(interfaces)
