@@ -13,6 +13,7 @@ from exover.syntax.grammar import grammar
 from exover.syntax.lex import END, RESERVED, tokens
 from exover.syntax.parse import parse, parse_properties
 from tests.support.format_properties import format_properties
+from tests.support.mutations import any_words, mutations
 from tests.support.reported import places_of
 
 SAMPLE = Path(__file__).with_name("sample.prop").read_text("utf-8")
@@ -214,25 +215,15 @@ def test_any_text(text: str) -> None:
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.lists(st.sampled_from([*sorted(set(TOKENS)), "\n", "$", '"', "/*", "\0", "9x", "é"]), max_size=60))
+@given(any_words(TOKENS))
 def test_any_sequence_of_tokens(words: list[str]) -> None:
     check(" ".join(words))
     check("for s; property p: ltl " + " ".join(words))
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.data())
-def test_any_mutation_of_a_file(data: st.DataObject) -> None:
-    words = list(TOKENS)
-    for _ in range(data.draw(st.integers(1, 6))):
-        at = data.draw(st.integers(0, len(words) - 1))
-        match data.draw(st.sampled_from(["drop", "double", "move"])):
-            case "drop":
-                del words[at]
-            case "double":
-                words.insert(at, words[at])
-            case "move":
-                words.insert(data.draw(st.integers(0, len(words) - 1)), words.pop(at))
+@given(mutations(TOKENS))
+def test_any_mutation_of_a_file(words: list[str]) -> None:
     check("\n".join(words))
 
 

@@ -15,6 +15,7 @@ from exover.syntax.grammar import grammar, make, packed
 from exover.syntax.lex import END, tokens
 from exover.syntax.parse import parse
 from tests.support.format_spec import format_spec
+from tests.support.mutations import any_words, mutations
 
 SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
 MEGABYTE = 1_000_000
@@ -46,28 +47,15 @@ def test_any_text(text: str) -> None:
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.lists(st.sampled_from([*sorted(set(TOKENS)), "\n", "$", '"', "/*", "\0", "9x", "é"]), max_size=60))
+@given(any_words(TOKENS))
 def test_any_sequence_of_tokens(words: list[str]) -> None:
     check(" ".join(words))
     check("spec s; module m { request r() { " + " ".join(words))
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.data())
-def test_any_mutation_of_a_spec(data: st.DataObject) -> None:
-    words = list(TOKENS)
-    for _ in range(data.draw(st.integers(1, 6))):
-        at = data.draw(st.integers(0, len(words) - 1))
-        match data.draw(st.sampled_from(["drop", "double", "move", "cut"])):
-            case "drop":
-                del words[at]
-            case "double":
-                words.insert(at, words[at])
-            case "move":
-                words.insert(data.draw(st.integers(0, len(words) - 1)), words.pop(at))
-            case "cut":
-                del words[at : at + data.draw(st.integers(0, 40))]
-        words = words or ["x"]
+@given(mutations(TOKENS))
+def test_any_mutation_of_a_spec(words: list[str]) -> None:
     check("\n".join(words))
 
 
