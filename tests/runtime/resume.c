@@ -11,8 +11,10 @@
 enum { MOST = 4096, ANSWERS = 32, ROOM = NATIVE_RECORD_BYTES };
 
 static unsigned char record[ROOM + 8];
+static event events[MOST];
 static exover_action first[MOST][ANSWERS];
 static size_t counts[MOST];
+static unsigned char map[1 << 16];
 
 static int take_away_and_resume(void)
 {
@@ -24,10 +26,10 @@ static int take_away_and_resume(void)
     return (int)exover_resume(&checker, &native_tables, memory, sizeof memory, record, bytes);
 }
 
-static void trip(void)
+/* Answers all events, notes them with their answers, and starts anew; returns how many there are. */
+static size_t answered(void)
 {
-    static event events[MOST];
-    size_t length = 0, differ = 0, refused = 0;
+    size_t length = 0;
     event e = {0, {0}, 0, NULL};
     for (; length < MOST && read_event(&e); e.values = NULL) {
         events[length] = e;
@@ -36,10 +38,33 @@ static void trip(void)
         length++;
     }
     start();
+    return length;
+}
+
+/* Answers a noted event again; returns whether the answers differ from those noted. */
+static int differs(size_t number)
+{
+    size_t count = run(&events[number]);
+    return count != counts[number] || memcmp(checker.actions, first[number], count * sizeof first[0][0]) != 0;
+}
+
+/* Reads a file of at most `most` bytes; returns its size. */
+static size_t contents(const char *path, unsigned char *bytes, size_t most)
+{
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        give_up("no such file");
+    size_t size = fread(bytes, 1, most, file);
+    fclose(file);
+    return size;
+}
+
+static void trip(void)
+{
+    size_t length = answered(), differ = 0, refused = 0;
     for (size_t i = 0; i < length; i++) {
         refused += take_away_and_resume() != EXOVER_READY;
-        size_t count = run(&events[i]);
-        differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
+        differ += differs(i);
     }
     printf("%zu %zu %zu %u\n", length, refused, differ, (unsigned)(exover_step(&checker) - (uint32_t)length));
 }
@@ -47,30 +72,15 @@ static void trip(void)
 /* As `trip`, but by a map from these tables to themselves, into two memories in turn. */
 static void swaps(const char *path)
 {
-    static event events[MOST];
-    static unsigned char map[1 << 16];
     static uint64_t other[sizeof memory / 8];
-    size_t length = 0, differ = 0, refused = 0, spoke = 0;
-    FILE *file = fopen(path, "rb");
-    if (file == NULL)
-        give_up("no map");
-    size_t map_bytes = fread(map, 1, sizeof map, file);
-    fclose(file);
-    event e = {0, {0}, 0, NULL};
-    for (; length < MOST && read_event(&e); e.values = NULL) {
-        events[length] = e;
-        counts[length] = run(&e);
-        memcpy(first[length], checker.actions, (counts[length] < ANSWERS ? counts[length] : ANSWERS) * sizeof first[0][0]);
-        length++;
-    }
-    start();
+    size_t map_bytes = contents(path, map, sizeof map);
+    size_t length = answered(), differ = 0, refused = 0, spoke = 0;
     for (size_t i = 0; i < length; i++) {
         size_t said = 0, bytes = exover_export(&checker, record, ROOM);
         refused += exover_swap(&checker, &native_tables, i % 2 != 0 ? memory : other, sizeof memory, record, bytes, map,
                                map_bytes, &said) != EXOVER_READY;
         spoke += said;
-        size_t count = run(&events[i]);
-        differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
+        differ += differs(i);
     }
     printf("%zu %zu %zu %zu\n", length, refused, differ, spoke);
 }
@@ -91,11 +101,7 @@ static void show(long number)
 static void try(const char *path)
 {
     static unsigned char bytes[2 * ROOM + 64];
-    FILE *file = fopen(path, "rb");
-    if (file == NULL)
-        give_up("no such file");
-    size_t size = fread(bytes, 1, sizeof bytes, file);
-    fclose(file);
+    size_t size = contents(path, bytes, sizeof bytes);
     memset(&checker, 0, sizeof checker);
     int status = (int)exover_resume(&checker, &native_tables, memory, sizeof memory, bytes, size);
     size_t count = exover_ask(&checker, 0, NULL, 0);
@@ -105,14 +111,9 @@ static void try(const char *path)
 /* The status of going on by a map from these tables to themselves, for each file; with one request running. */
 static void maps(int count, char **paths)
 {
-    static unsigned char map[1 << 16];
     static uint64_t other[sizeof memory / 8];
     for (int i = 0; i < count; i++) {
-        FILE *file = fopen(paths[i], "rb");
-        if (file == NULL)
-            give_up("no map");
-        size_t said, size = fread(map, 1, sizeof map, file);
-        fclose(file);
+        size_t said, size = contents(paths[i], map, sizeof map);
         start();
         size_t bytes = exover_export(&checker, record, ROOM);
         printf("%d ", (int)exover_swap(&checker, &native_tables, other, sizeof other, record, bytes, map, size, &said));
