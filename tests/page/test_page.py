@@ -1,7 +1,6 @@
 """The page of a report in a browser: every part of it, by mouse and by keyboard, offline and safe."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from exover.rendering import look, summarise
 from exover.run.simulate import ReferenceEngine, simulate
 from exover.source import Source
 from tests.audit import missions
-from tests.support.browser import PARTS, built, chromium, opened, report, shown
+from tests.support.browser import PARTS, built, opened, report, shown
 
 SPECS = Path(__file__).parents[2] / "specs"
 HOSTILE = r"""spec __proto__;
@@ -36,18 +35,6 @@ resource fuel: 9 consumable = 8 by wait;
 module a { request go() instances 2 { fail windy: when wind > 5; consumes fuel 2; } request home(); }
 launch home: a.home() when wind > 7;
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def page(browser: Browser) -> Page:
-    """Return a page that shows one report after the other."""
-    return browser.new_page()
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from exover import playground
 from playground.__main__ import EXAMPLE, HERE, main
-from tests.support.browser import LATER, chromium
+from tests.support.browser import LATER
 
 EXAMPLE_TEXT = EXAMPLE.read_text("utf-8")
 MISTAKE = "spec s; module m { request a(); } mutex m.a, m.b;"
@@ -50,12 +50,6 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     server.shutdown()
     thread.join()
     server.server_close()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 import json
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from playwright.sync_api import Browser, Page
 from exover.model.wording import value_text
 from exover.run.simulate import ReferenceEngine, simulate
 from tests.support import seldom
-from tests.support.browser import built, chromium, opened, report, shown
+from tests.support.browser import built, opened, report, shown
 from tests.support.events import Stream
 from tests.support.seldom import SELDOM
 from tests.support.vectors import NAMES, VECTORS, lines, without_details
@@ -68,17 +67,6 @@ ODD = [
     '{"ask": 012}',
     "   ",
 ]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def page(browser: Browser) -> Page:
-    return browser.new_page()
 
 
 def walked(page: Page, file: Path, events: list[str]) -> list[str]:
