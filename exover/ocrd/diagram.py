@@ -6,7 +6,8 @@ equal iff they have the same number. Below an action the variable order starts a
 """
 
 import sys
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -187,6 +188,18 @@ class Manager:
         for child in children:
             below.append(self.ite(child, g, h))
         return self.test(level, cuts, tuple(below))
+
+    def cofactor(self, f: int, values: Mapping[ElementNumber, int]) -> int:
+        """Return what a condition is where some entries have these values; it tests them no more."""
+        found = {NO: NO, YES: YES}
+        for number in self.below([f]):
+            level, cuts, children = self._nodes[number]  # type: ignore[misc]
+            value = values.get(self.entries[level])
+            if value is None:
+                found[number] = self.test(level, cuts, tuple([found[child] for child in children]))
+            else:
+                found[number] = found[children[bisect_left(cuts, value)]]
+        return found[f]
 
     def copy(self, number: int, target: "Manager") -> int:
         """Return the same diagram in another manager, under its order."""

@@ -34,6 +34,7 @@ from exover.ocrd.diagram import NO, YES
 from exover.ocrd.forms import Case, Factors, add, scale
 from exover.ocrd.own_parameters import OwnParameters, own_names
 from exover.ocrd.reals import RealComparisons
+from exover.ocrd.remaining_slots import RemainingSlots
 from exover.ocrd.vector import (
     OUTCOMES,
     Arg,
@@ -350,10 +351,16 @@ class ConditionDiagrams(RealComparisons):
         whole = idles.get(None, NO)
         if all(slot is None for slot in idles):
             return self._unless(whole, self._slots_form(request, None, where, phases))
-        parts = []
-        for slot in range(self.vocabulary.model.request[request].instances):
-            idle = self.manager.either(whole, idles.get(slot, NO))
-            parts.append(self._unless(idle, self._slots_form(request, slot, where, phases)))
+        slots = range(self.vocabulary.model.request[request].instances)
+        idle = [self.manager.either(whole, idles.get(slot, NO)) for slot in slots]
+        kinds = RemainingSlots(self.numbers, self.manager).kinds(request, idle, phases) if len(slots) > 1 else None
+        if kinds is None:
+            parts = [self._unless(idle[slot], self._slots_form(request, slot, where, phases)) for slot in slots]
+        else:
+            parts = [
+                self._unless(left, self._slots_form(request, None, _joined(where, kept), phase))
+                for left, phase, kept in kinds
+            ]
         return self.added(parts)
 
     def _unless(self, idle: int, form: Factors) -> list[Case]:
@@ -379,3 +386,10 @@ class ConditionDiagrams(RealComparisons):
             form = self.form(*(Slots(request, None if single else slot, kept, phase) for phase in phases))
             self.numbers.counters[key] = form
         return self.numbers.counters[key]
+
+
+def _joined(where: Cond | None, other: Cond | None) -> Cond | None:
+    """Return the conjunction of two conditions on arguments; None is true."""
+    if where is None or where == TRUE:
+        return other
+    return And((where, other)) if other else where

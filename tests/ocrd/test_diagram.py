@@ -118,6 +118,17 @@ def minterms(function: int) -> Iterator[tuple[bool, ...]]:
             yield values
 
 
+@given(expressions, orders, st.dictionaries(st.integers(0, ENTRIES - 1), st.integers(0, VALUES - 1)))
+def test_a_cofactor_is_the_function_where_entries_have_values(
+    expression: Expression, order: list[int], known: dict[int, int]
+) -> None:
+    manager = Manager(order)
+    found = manager.cofactor(built(manager, expression), known)
+    assert known.keys().isdisjoint(support(manager, [found]))
+    given = [tuple(known.get(entry, other) for entry, other in enumerate(values)) for values in assignments()]
+    assert table(manager, found) == [truth(expression, values) for values in given]
+
+
 def test_every_function_of_three_atoms_is_one_node() -> None:
     manager = Manager()
     atom = [manager.at_most(entry, 1, 0, VALUES - 1) for entry in range(3)]
