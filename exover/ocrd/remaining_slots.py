@@ -60,9 +60,10 @@ class RemainingSlots:
         """Return the elements in a diagram that are 1 iff this slot is in some phases with some arguments, else 0."""
         found: dict[int, tuple[Phases, Cond | None]] = {}
         for element in sorted(support(self.manager, [idle])):
-            quantities = [each for _, each in self.numbers.elements[element]]
-            counted = [each for each in quantities if isinstance(each, Slots) and each.request == request]
-            if counted == quantities and {(each.slot, each.where) for each in counted} == {(slot, counted[0].where)}:
+            terms = self.numbers.elements[element]
+            counted = [each for factor, each in terms if factor == 1 and isinstance(each, Slots)]
+            told = {(each.request, each.slot, each.where) for each in counted}
+            if len(counted) == len(terms) and told == {(request, slot, counted[0].where)}:
                 found[element] = tuple(each.phase for each in counted), counted[0].where
         return found
 
