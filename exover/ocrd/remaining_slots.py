@@ -1,7 +1,7 @@
 """Which slots of a request remain where a decision takes some as idle, by conditions on their arguments.
 
-What clears a slot is mostly a condition on its arguments, the same for each slot. Then one counter with the opposite
-condition counts the slots that remain. To tell of each slot whether it remains would double the cases with every slot.
+What clears a slot is mostly a condition on its arguments. Then one counter with the opposite condition counts the slots
+of a request that remain. To tell of each slot whether it remains doubles the cases of a sum with every slot.
 """
 
 from collections.abc import Iterator, Sequence
@@ -9,7 +9,7 @@ from itertools import product
 
 from exover.dataclass import dataclass
 from exover.model.expression import And, Cond, Not, Or
-from exover.ocrd.diagram import YES, Manager
+from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.forms import Numbers
 from exover.ocrd.order import support
 from exover.ocrd.vector import Slots
@@ -29,15 +29,18 @@ class RemainingSlots:
     manager: Manager
 
     def kinds(self, request: str, idle: Sequence[int], phases: Phases) -> tuple[Kind, ...] | None:
-        """Return disjoint kinds of the slots that may remain, if they are the same of every slot; else None.
+        """Return disjoint kinds of the slots that may remain, if these are the same of every slot; else None.
 
-        `idle`: by slot where it is idle; there are at least two.
+        `idle`: by slot where it is idle. Also None for a single slot of which it depends on more than its arguments
+        whether it remains: then two cases are smaller.
         """
-        found = {tuple(self._of_slot(request, slot, where, phases)) for slot, where in enumerate(idle)}
-        return found.pop() if len(found) == 1 else None
+        single = len(idle) == 1
+        found = {tuple(self._of_slot(request, None if single else n, where, phases)) for n, where in enumerate(idle)}
+        kinds = found.pop()
+        return None if found or (single and any(left != NO for left, _, _ in kinds)) else kinds
 
-    def _of_slot(self, request: str, slot: int, idle: int, phases: Phases) -> Iterator[Kind]:
-        """Yield disjoint kinds of one slot that may remain."""
+    def _of_slot(self, request: str, slot: int | None, idle: int, phases: Phases) -> Iterator[Kind]:
+        """Yield disjoint kinds of one slot that may remain; `slot`: None for the only one of its request."""
         tests = self._tests(request, slot, idle)
         for phase in phases:
             told = tuple(dict.fromkeys(where for held, where in tests.values() if where and phase in held))
@@ -56,7 +59,7 @@ class RemainingSlots:
                     is_any = len(conds) == 1 << len(told)
                     yield left, (phase,), None if is_any else conds[0] if len(conds) == 1 else Or(tuple(conds))
 
-    def _tests(self, request: str, slot: int, idle: int) -> dict[int, tuple[Phases, Cond | None]]:
+    def _tests(self, request: str, slot: int | None, idle: int) -> dict[int, tuple[Phases, Cond | None]]:
         """Return the elements in a diagram that are 1 iff this slot is in some phases with some arguments, else 0."""
         found: dict[int, tuple[Phases, Cond | None]] = {}
         for element in sorted(support(self.manager, [idle])):

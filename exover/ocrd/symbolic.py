@@ -353,7 +353,7 @@ class ConditionDiagrams(RealComparisons):
             return self._unless(whole, self._slots_form(request, None, where, phases))
         slots = range(self.vocabulary.model.request[request].instances)
         idle = [self.manager.either(whole, idles.get(slot, NO)) for slot in slots]
-        kinds = RemainingSlots(self.numbers, self.manager).kinds(request, idle, phases) if len(slots) > 1 else None
+        kinds = RemainingSlots(self.numbers, self.manager).kinds(request, idle, phases)
         if kinds is None:
             parts = [self._unless(idle[slot], self._slots_form(request, slot, where, phases)) for slot in slots]
         else:
