@@ -92,6 +92,23 @@ def contexts(size: int) -> str:
     return _spec(size, rules)
 
 
+def fleet(size: int) -> str:
+    """Return a spec of a request with so many slots, killed by arguments, that share a resource with another."""
+    survey = (
+        f"request survey(x: int in 0 .. 9) instances {size} {{ uses power 2; fail when x > 5 and active(m.carry); }}"
+    )
+    carry = f"request carry() instances {size} {{ uses power 3; }}"
+    return f"spec family;\nmodule m {{\n    {survey}\n    {carry}\n}}\nresource power: {3 * size} by wait;\n"
+
+
+def convoy(size: int) -> str:
+    """Return a spec of so many requests, killed by arguments, that share a resource with another."""
+    clauses = "{ uses power 2; fail when x > 5 and active(m.carry); }"
+    requests = "".join(f"    request r{number}(x: int in 0 .. 9) {clauses}\n" for number in range(size))
+    carry = "    request carry() { uses power 3; }\n"
+    return f"spec family;\nmodule m {{\n{requests}{carry}}}\nresource power: {size} by wait;\n"
+
+
 def coupled(size: int) -> str:
     """Return a spec of `size` modules in a ring, each of 23 bits of state, that wait for and kill each other.
 

@@ -19,6 +19,8 @@ FAMILIES: tuple[tuple[str, Callable[[int], str], int, int], ...] = (
     ("at most 3 of n, all others killed", families.limit_all, 50, 200),
     ("n share a resource", families.power, 200, 500),
     ("n fail contexts", families.contexts, 500, 2000),
+    ("n slots killed by their arguments share a resource", families.fleet, 20, 100),
+    ("n requests killed by their arguments share a resource", families.convoy, 20, 100),
 )
 """What, the spec, and its size in the short and the slow run."""
 
