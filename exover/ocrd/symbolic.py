@@ -349,9 +349,9 @@ class ConditionDiagrams(RealComparisons):
         """Return the number of slots in these phases, without those that the view takes as idle, by cases."""
         idles = view.idle.get(request, {})
         whole = idles.get(None, NO)
-        if all(slot is None for slot in idles):
-            return self._unless(whole, self._slots_form(request, None, where, phases))
         slots = range(self.vocabulary.model.request[request].instances)
+        if not idles or (len(slots) > 1 and idles.keys() == {None}):
+            return self._unless(whole, self._slots_form(request, None, where, phases))
         idle = [self.manager.either(whole, idles.get(slot, NO)) for slot in slots]
         kinds = RemainingSlots(self.numbers, self.manager).kinds(request, idle, phases)
         if kinds is None:
