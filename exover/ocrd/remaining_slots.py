@@ -34,10 +34,12 @@ class RemainingSlots:
         `idle`: by slot where it is idle. Also None for a single slot of which it depends on more than its arguments
         whether it remains: then two cases are smaller.
         """
-        single = len(idle) == 1
-        found = {tuple(self._of_slot(request, None if single else n, where, phases)) for n, where in enumerate(idle)}
-        kinds = found.pop()
-        return None if found or (single and any(left != NO for left, _, _ in kinds)) else kinds
+        if len(idle) == 1:
+            kinds = tuple(self._of_slot(request, None, idle[0], phases))
+            return kinds if all(left == NO for left, _, _ in kinds) else None
+        of_slots = (tuple(self._of_slot(request, slot, where, phases)) for slot, where in enumerate(idle))
+        kinds = next(of_slots)
+        return kinds if all(others == kinds for others in of_slots) else None
 
     def _of_slot(self, request: str, slot: int | None, idle: int, phases: Phases) -> Iterator[Kind]:
         """Yield disjoint kinds of one slot that may remain; `slot`: None for the only one of its request."""
@@ -53,11 +55,10 @@ class RemainingSlots:
                 known = {element: int(phase in held and true[where]) for element, (held, where) in tests.items()}
                 parts = [where if is_true else _opposite(where) for where, is_true in zip(told, values, strict=True)]
                 left = self.manager.cofactor(idle, known)
-                kinds.setdefault(left, []).append(parts[0] if len(parts) == 1 else And(tuple(parts)))
+                kinds.setdefault(left, []).append(_combined(And, parts))
             for left, conds in kinds.items():
                 if left != YES:
-                    is_any = len(conds) == 1 << len(told)
-                    yield left, (phase,), None if is_any else conds[0] if len(conds) == 1 else Or(tuple(conds))
+                    yield left, (phase,), _combined(Or, conds) if len(conds) < 1 << len(told) else None
 
     def _tests(self, request: str, slot: int | None, idle: int) -> dict[int, tuple[Phases, Cond | None]]:
         """Return the elements in a diagram that are 1 iff this slot is in some phases with some arguments, else 0."""
@@ -69,6 +70,11 @@ class RemainingSlots:
             if len(counted) == len(terms) and told == {(request, slot, counted[0].where)}:
                 found[element] = tuple(each.phase for each in counted), counted[0].where
         return found
+
+
+def _combined(kind: type[And] | type[Or], parts: Sequence[Cond]) -> Cond:
+    """Return the conjunction or disjunction of parts; a single part stays as it is."""
+    return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
 def _opposite(cond: Cond) -> Cond:
