@@ -284,13 +284,16 @@ def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> QuantityName |
     if known is None:
         return None
     found = known.quantities.get(name) or (None if node.module else draft.names.quantities.get(name))
-    if found is None:
+    if found is None and name not in known.requests:
         message = f"unknown state {quote(name)} of module {quote(module)}"
         states = [state for state, quantity in known.quantities.items() if quantity.kind == "state"]
         draft.mistakes.unknown("E207", message, name, node.span, lambda: states, scope=module)
-    elif found.kind != "state":
-        message = f"`set` gives a value to a state, {quote(found.name)} is a {found.kind}"
-        hint = "posters are observed: declare `state NAME: TYPE = VALUE;` in a module for what the checker keeps"
+        return None
+    called, kind = (found.name, found.kind) if found else (f"{module}.{name}", "request")
+    if kind != "state":
+        message = f"`set` gives a value to a state, {quote(called)} is a {kind}"
+        reason = "posters are observed: " if kind == "poster" else ""
+        hint = f"{reason}declare `state NAME: TYPE = VALUE;` in a module for what the checker keeps"
         draft.mistakes.add("E219", message, node.span, hint=hint)
         return None
     return found

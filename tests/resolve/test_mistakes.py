@@ -265,6 +265,8 @@ CLAUSES = [
     ("E202", "on ok set «q.tool = none;"),
     ("E219", "on ok set «reach = 1;"),
     ("E219", "on ok set «hot = true;"),
+    ("E219", "on ok set «m.c = 1;"),
+    ("E219", "on ok set «c = 1;"),
     ("E308", "on ok set tool = «3;"),
     ("E209", "on ok set tool = «griper;"),
     ("E203", "on launch forget «m.q;"),
