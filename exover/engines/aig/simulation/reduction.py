@@ -109,7 +109,7 @@ class _Sweep:
                 self._is(node, self.now(same))
                 return
         if len(self.different) >= REFINE:
-            self._refine()
+            self._refine(node)
 
     def _is(self, node: int, same: Literal) -> None:
         """Let a node be a literal from now on: no other is compared with it."""
@@ -146,20 +146,26 @@ class _Sweep:
         self.solver.add([-a, b])
         return True
 
-    def _refine(self) -> None:
-        """Split the classes by simulation of the counterexamples, and of states near them."""
+    def _refine(self, done: int) -> None:
+        """Split the classes of nodes after `done` by simulation of the counterexamples, and of states near them.
+
+        In each of these a sixteenth, an eighth or a quarter of the latches and inputs are changed: closer ones tell
+        fewer nodes apart.
+        """
         share = LANES // len(self.different)
         far = self.everywhere & ~sum(1 << share * at for at in range(len(self.different)))
+        denser = 0, 0, self.random.getrandbits(LANES), self.random.getrandbits(LANES)
         leaves = {}
         for node in (*self.circuit.inputs, *(latch.node for latch in self.latches)):
             word = sum(((1 << share) - 1) << share * at for at, true in enumerate(self.different) if node in true)
             flips = far
-            for _ in range(4):
-                flips &= self.random.getrandbits(LANES)
+            for lanes in denser:
+                flips &= self.random.getrandbits(LANES) | lanes
             leaves[node] = word ^ flips
         self.different.clear()
         values = self.cone.values(leaves)
-        self._split(list({id(members): members for members in self.alike.values()}.values()), values)
+        classes = {id(members): members for node, members in self.alike.items() if node > done}
+        self._split(list(classes.values()), values)
 
 
 def _folded(left: Literal, right: Literal) -> Literal | None:
