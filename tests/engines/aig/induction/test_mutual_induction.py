@@ -3,6 +3,7 @@
 import pytest
 
 from exover.engines.aig.circuit.graph import Circuit, Graph
+from exover.engines.aig.induction import mutual_induction
 from exover.engines.aig.induction.mutual_induction import mutually_inductive
 from tests.support.circuits import counter, random_circuit, reachable
 
@@ -69,3 +70,13 @@ def test_a_step_that_changes_nothing_is_left_out() -> None:
     graph = Graph()
     go, flag = graph.input(), graph.latch(False)
     assert mutually_inductive(graph.circuit([flag], [graph.conjunction(go, flag)])) == [0]
+
+
+def test_hard_questions_are_asked_again_at_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one propagation each at first, nothing is left open; what is granted in all is a limit."""
+    circuits = [sums(8, 4), *map(random_circuit, range(40))]
+    found = [mutually_inductive(circuit) for circuit in circuits]
+    monkeypatch.setattr(mutual_induction, "SOON", 1)
+    assert [mutually_inductive(circuit) for circuit in circuits] == found
+    monkeypatch.setattr(mutual_induction, "EFFORT", 1)
+    assert mutually_inductive(circuits[0]) == []
